@@ -1,13 +1,15 @@
 """Take the pictures of README and documentation from the current code, in a real browser.
 
-Usage: python tests/benchmarks/pictures.py [FOLDER] [--only stock|freecad]
+Usage: python tests/benchmarks/pictures.py [FOLDER] [--only stock|freecad|app]
 
 Runs `job.toml` and `complete.toml` of `examples/overhang` on the command line, and writes terminal.png,
 report.png, simulation.png and postures.png of the first, terminal-green.png and report-green.png of the other
 (by default into docs/pages/pictures); program-better.png, program-trade.png and program-stays.png of programs
 that are revised in their own lines; stock.png of the first with a stock and narrower passes, half cut, which
 is all that `--only stock` makes; and freecad.svg, of what FreeCAD's command gives back with the dress-up of
-`examples/freecad`, which `--only freecad` makes without a browser.
+`examples/freecad`, which `--only freecad` makes without a browser; app.png, the way of a program of five
+operations through the page of `fiveaxis app`, and its refusal and a narrow window beside it (app-refusal.png,
+app-phone.png), which are all that `--only app` makes.
 """
 
 from __future__ import annotations
@@ -22,6 +24,7 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.image import imsave
 
 from fiveaxis import load_machine
 
@@ -30,6 +33,7 @@ sys.path[:0] = [str(HERE / "tests"), str(HERE / "docs")]
 from figures import GREY, ORANGE, STYLE  # noqa: E402
 from support.browser import Browser  # noqa: E402
 from support.freecad import in_freecad  # noqa: E402
+from support.served_page import SIZE, ServedPage, Visitor  # noqa: E402
 from support.shop_programs import SHOPS, Row, wall  # noqa: E402
 
 # Where in the program the simulation is shown: a share of its duration.
@@ -66,11 +70,11 @@ def main() -> None:
     """Run the example and take the pictures."""
     parser = argparse.ArgumentParser(description="Take the pictures of README and documentation.")
     parser.add_argument("folder", nargs="?", type=Path, default=HERE / "docs" / "pages" / "pictures")
-    parser.add_argument("--only", choices=["stock", "freecad"])
+    parser.add_argument("--only", choices=["stock", "freecad", "app"])
     asked = parser.parse_args()
     asked.folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as made:
-        if asked.only != "stock":
+        if asked.only in (None, "freecad"):
             draw_dressup(Path(made), asked.folder / "freecad.svg")
         if asked.only == "freecad":
             return
@@ -79,10 +83,13 @@ def main() -> None:
             if asked.only is None:
                 take_example(browser, Path(made), asked.folder)
                 take_programs(browser, Path(made), asked.folder)
-            said_by("examples/overhang/job.toml", Path(made) / "stock", *STOCK)
-            browser.open((Path(made) / "stock" / "preview.html").as_uri(), SIMULATION)
-            browser.run(HALF_CUT)
-            browser.shoot(asked.folder / "stock.png")
+            if asked.only in (None, "app"):
+                take_app(browser, Path(made), asked.folder)
+            if asked.only != "app":
+                said_by("examples/overhang/job.toml", Path(made) / "stock", *STOCK)
+                browser.open((Path(made) / "stock" / "preview.html").as_uri(), SIMULATION)
+                browser.run(HALF_CUT)
+                browser.shoot(asked.folder / "stock.png")
         finally:
             browser.close()
     for picture in sorted(asked.folder.glob("*.png")):
@@ -104,6 +111,51 @@ def take_example(browser: Browser, made: Path, folder: Path) -> None:
     browser.open((made / "job" / "report.html").as_uri())
     browser.run(TO_MAP)
     browser.shoot(folder / "postures.png")
+
+
+def take_app(browser: Browser, made: Path, folder: Path) -> None:
+    """Take the pictures of the page: the way of a program in four, a refusal, and a narrow window."""
+    shop = SHOPS["fanuc"]
+    notes = ("(T3 D=6. CR=3. - BALL END MILL)", "(T5 D=8. CR=4. - BALL END MILL)")
+    cuts = [*shop.cuts(3, wall(30.0), 1500.0), *shop.cuts(4, wall(24.0)[:1] * 2, 800.0)]
+    lines = [*shop.begin, *notes, *shop.face, *shop.drill, *cuts, *shop.cuts(5, wall(24.0), 1200.0)]
+    program, binary = made / "bracket.nc", made / "bracket"
+    program.write_text("\n".join([*lines, *shop.end]) + "\n", encoding="utf-8")
+    binary.write_bytes(b"\x7fELF" + bytes(60))
+    page = ServedPage()
+    try:
+        visitor = Visitor(browser, page)
+        visitor.drop(program)
+        visitor.wait("document.querySelector('#dropped').textContent === 'bracket.nc'")
+        visitor.click("[data-machine=dmu50ev]")
+        steps = [visitor.picture(made / "choose.png")]
+        visitor.click("#look")
+        visitor.wait_for("#watch")
+        steps.append(visitor.picture(made / "seen.png"))
+        imsave(folder / "app-phone.png", visitor.picture(made / "phone.png", 390)[:1400])
+        browser.run("document.querySelector('#effort').value = 'quick'")
+        visitor.click("#go")
+        visitor.wait("document.querySelector('#bar').value > 0.3")
+        steps.append(visitor.picture(made / "busy.png"))
+        visitor.wait_for("#result")
+        steps.append(visitor.picture(made / "result.png"))
+        visitor.click("#change")
+        visitor.drop(binary)
+        visitor.wait("document.querySelector('#dropped').textContent === 'bracket'")
+        visitor.click("#look")
+        visitor.wait("document.querySelector('.fault')")
+        visitor.picture(folder / "app-refusal.png")
+    finally:
+        page.close()
+    a, b, c, d = (halved(step[: SIZE[1]]) for step in steps)
+    rows = [np.concatenate(pair, axis=1) for pair in ((a, b), (c, d))]
+    imsave(folder / "app.png", np.concatenate(rows))
+
+
+def halved(picture: np.ndarray) -> np.ndarray:
+    """Make a picture, (h, w, 3), half as large."""
+    h, w, _ = picture.shape
+    return picture[: h - h % 2, : w - w % 2].reshape(h // 2, 2, w // 2, 2, 3).mean(axis=(1, 3))
 
 
 def take_programs(browser: Browser, made: Path, folder: Path) -> None:

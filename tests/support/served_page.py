@@ -13,9 +13,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import psutil
 
+from support.browser import Browser
 from support.patience import PATIENCE
+
+# Width and height of the usual window.
+SIZE = (1280, 900)
 
 
 class ServedPage:
@@ -82,3 +87,50 @@ class ServedPage:
         self.process.send_signal(number)
         self.process.wait(PATIENCE)
         self.process.stdout.close()
+
+
+class Visitor:
+    """Somebody who looks at the page, and uses it."""
+
+    def __init__(self, browser: Browser, page: ServedPage, size: tuple[int, int] = SIZE) -> None:
+        self.browser = browser
+        browser.look(*size)
+        browser.open(page.address, "document.querySelectorAll('.tile').length > 3")
+
+    def drop(self, *files: Path) -> None:
+        """Choose files, which is what dropping them does."""
+        self.browser.ask("DOM.enable")
+        root = self.browser.ask("DOM.getDocument")["root"]["nodeId"]
+        node = self.browser.ask("DOM.querySelector", nodeId=root, selector="#file")["nodeId"]
+        self.browser.ask("DOM.setFileInputFiles", files=[str(file) for file in files], nodeId=node)
+
+    def click(self, css: str) -> None:
+        self.browser.run(f"document.querySelector({json.dumps(css)}).click()")
+
+    def text(self, css: str) -> str:
+        return self.browser.run(f"document.querySelector({json.dumps(css)}).innerText")
+
+    def wait(self, script: str) -> None:
+        end = time.monotonic() + PATIENCE
+        while not self.browser.run(f"!!({script})"):
+            assert time.monotonic() < end, self.text("body")
+            time.sleep(0.05)
+
+    def wait_for(self, css: str) -> None:
+        """Wait until something is shown, or a fault is told."""
+        self.wait(f"!document.querySelector({json.dumps(css)}).hidden || document.querySelector('.fault')")
+        assert self.browser.run("!document.querySelector('.fault')"), self.text("#fault")
+
+    def picture(self, path: Path, width: int = SIZE[0]) -> np.ndarray:
+        """Take a picture of the whole page in a window of some width, (h, w, 3) from 0 to 1."""
+        self.browser.look(width, SIZE[1])
+        height = self.browser.run("document.documentElement.scrollHeight")
+        self.browser.look(width, max(height, SIZE[1]))
+        time.sleep(1.0)  # frames draw their scenes
+        taken = self.browser.shoot(path)
+        self.browser.look(*SIZE)
+        return taken
+
+    def press(self, key: str, code: int, times: int = 1) -> None:
+        for _ in range(times):
+            self.browser.press(key, code)

@@ -175,19 +175,19 @@ function toolText() {
 function askPart() {
   S.seen = null;
   show("missing", "");
+  const tilts = (low, high) => `<p class="row"><label for="t0">Tilt against the surface</label><input type="number" id="t0" value="${low}"> to <input type="number" id="t1" value="${high}" aria-label="largest tilt, degrees"> °</p>`;
   const job = S.kind === "job", path = S.kind === "path", field = (id, text, value, unit) => `<p class="row"><label for="${id}">${text}</label><input type="number" id="${id}" value="${value}" step="any"> ${unit}</p>`;
   show("ask", `<h2 tabindex="-1">Cut ${safe(S.program)}</h2>` + (job ? '<p class="soft">Tool, bounds and cuts are those of the job file.</p>'
     : `<p class="row"><label>Tool</label>${cutter("")}</p>`
-    + (path ? field("lean", "The tool may lean by up to", 15, "° from its programmed axis; leave it empty where the path has none")
-      : `<p class="row"><label for="t0">Tilt against the surface</label><input type="number" id="t0" value="10"> to <input type="number" id="t1" value="40" aria-label="largest tilt, degrees"> °</p>`
-      + `<p class="row"><label for="strategy">Passes</label><select id="strategy"><option value="waterline">horizontal sections<option value="raster">vertical, parallel<option value="flow">along the faces of a CAD file</select></p>` + field("stepdown", "Stepdown", 1, "mm") + field("feed", "Feed", 1000, "mm/min"))
+    + (path ? field("lean", "The tool may lean by up to", 15, "° from its programmed axis, or, where the path has none:") + tilts("", "")
+      : tilts(10, 40) + `<p class="row"><label for="strategy">Passes</label><select id="strategy"><option value="waterline">horizontal sections<option value="raster">vertical, parallel<option value="flow">along the faces of a CAD file</select></p>` + field("stepdown", "Stepdown", 1, "mm") + field("feed", "Feed", 1000, "mm/min"))
     + '<p class="row"><label for="control">Control</label><input type="text" id="control" placeholder="that of the machine"></p>') + effort + '<p><button class="go" id="go">Make the program</button></p>');
   cutters($("ask"));
   $("ask").querySelector("h2").focus();
   $("go").onclick = () => {
     if (!job && !(path && !all(".d")[0].value) && !toolsOf($("ask"))) return;
-    const value = (id) => $(id)?.value ? +$(id).value : null, plan = S.kind === "part";
-    improve({ effort: $("effort").value, tool: S.tools[""] || null, control: $("control")?.value || null, cone: path ? value("lean") : null, tilt: plan ? [value("t0"), value("t1")] : null, stepdown: value("stepdown"), strategy: $("strategy")?.value || null, feed: value("feed") });
+    const value = (id) => $(id)?.value ? +$(id).value : null, tilted = value("t0") != null && value("t1") != null;
+    improve({ effort: $("effort").value, tool: S.tools[""] || null, control: $("control")?.value || null, cone: path && !tilted ? value("lean") : null, tilt: tilted ? [value("t0"), value("t1")] : null, stepdown: value("stepdown"), strategy: $("strategy")?.value || null, feed: value("feed") });
   };
 }
 

@@ -4,27 +4,18 @@ from __future__ import annotations
 
 import json
 import signal
-import time
 from pathlib import Path
 
 import pytest
-from support.browser import NEEDS_BROWSER, Browser
-from support.patience import PATIENCE
-from support.served_page import ServedPage
+from support.browser import NEEDS_BROWSER
+from support.served_page import SIZE, ServedPage, Visitor
 from support.shop_programs import SHOPS, wall
 
 pytestmark = NEEDS_BROWSER
 
 PART = Path(__file__).parents[4] / "examples" / "overhang" / "part.stl"
 NOTES = ("(T3 D=6. CR=3. - BALL END MILL)", "(T5 - 8MM BALL MILL)")
-SIZES = ((1280, 900), (900, 900))
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    made = Browser(tmp_path_factory.mktemp("profile"))
-    yield made
-    made.close()
+SIZES = (SIZE, (900, 900))
 
 
 @pytest.fixture
@@ -46,43 +37,6 @@ def program(tmp_path):
     return path
 
 
-class Visitor:
-    """Somebody who looks at the page, and uses it."""
-
-    def __init__(self, browser: Browser, page: ServedPage, size: tuple[int, int] = SIZES[0]) -> None:
-        self.browser = browser
-        browser.look(*size)
-        browser.open(page.address, "document.querySelectorAll('.tile').length > 3")
-
-    def drop(self, *files: Path) -> None:
-        """Choose files, which is what dropping them does."""
-        self.browser.ask("DOM.enable")
-        root = self.browser.ask("DOM.getDocument")["root"]["nodeId"]
-        node = self.browser.ask("DOM.querySelector", nodeId=root, selector="#file")["nodeId"]
-        self.browser.ask("DOM.setFileInputFiles", files=[str(file) for file in files], nodeId=node)
-
-    def click(self, css: str) -> None:
-        self.browser.run(f"document.querySelector({json.dumps(css)}).click()")
-
-    def text(self, css: str) -> str:
-        return self.browser.run(f"document.querySelector({json.dumps(css)}).innerText")
-
-    def wait(self, script: str) -> None:
-        end = time.monotonic() + PATIENCE
-        while not self.browser.run(f"!!({script})"):
-            assert time.monotonic() < end, self.text("body")
-            time.sleep(0.05)
-
-    def wait_for(self, css: str) -> None:
-        """Wait until something is shown, or a fault is told."""
-        self.wait(f"!document.querySelector({json.dumps(css)}).hidden || document.querySelector('.fault')")
-        assert self.browser.run("!document.querySelector('.fault')"), self.text("#fault")
-
-    def press(self, key: str, code: int, times: int = 1) -> None:
-        for _ in range(times):
-            self.browser.press(key, code)
-
-
 @pytest.mark.parametrize("size", SIZES)
 def test_a_program_is_dropped_seen_improved_and_downloaded(browser, page, program, size):
     visitor = Visitor(browser, page, size)
@@ -93,6 +47,7 @@ def test_a_program_is_dropped_seen_improved_and_downloaded(browser, page, progra
     visitor.wait_for("#seen")
     assert browser.run("document.querySelectorAll('#seen tr b').length") == 2
     visitor.wait_for("#watch")
+    as_it_is = page.ask("GET", "/state")[1]["seen"]["totals"]
     assert browser.run("document.querySelector('#watch iframe').getAttribute('sandbox')") == "allow-scripts"
     browser.run("document.querySelector('#effort').value = 'quick'")
     visitor.click("#go")
@@ -100,6 +55,8 @@ def test_a_program_is_dropped_seen_improved_and_downloaded(browser, page, progra
     if "already better" in visitor.text("#result"):
         visitor.click("#trade")
         visitor.wait("document.querySelector('#get')")
+    before = page.ask("GET", "/state")[1]["end"]["result"]["before"]
+    assert before == pytest.approx(as_it_is)
     name = browser.run("document.querySelector('#get').getAttribute('href')")
     assert name.endswith("as=bracket-improved.nc")
     status, made, _ = page.ask("GET", name)
