@@ -101,6 +101,10 @@ class Session:
 
     def __init__(self) -> None:
         self.folder = Path(tempfile.mkdtemp(prefix="fiveaxis-app-"))
+        # What was dropped, and what was made: neither can replace the other.
+        self.given, self.made = self.folder / "given", self.folder / "made"
+        self.given.mkdir()
+        self.made.mkdir()
         self.key = secrets.token_urlsafe(24)
         self.port = 0
         self.run: Run | None = None
@@ -122,7 +126,7 @@ class Session:
 
     async def begin(self, ask: dict[str, Any]) -> None:
         """Begin a piece of work."""
-        self.run = Run(await self._take_waiting(), ask | {"folder": str(self.folder)})
+        self.run = Run(await self._take_waiting(), ask | {"folder": str(self.made)})
 
     async def machines(self) -> dict[str, Any]:
         """Return the machines of the library, which are read once."""
@@ -233,7 +237,7 @@ class Upload(Guarded):
         if not 0 <= length <= LARGEST:
             raise HTTPError(413, reason=f"a file may have {LARGEST // 1_000_000} MB")
         cast("Any", self.request.connection).set_max_body_size(LARGEST)
-        self._path = self.session.folder / name
+        self._path = self.session.given / name
         self._file = self._path.with_name(f"{name}.part").open("wb")
 
     def data_received(self, chunk: bytes) -> None:
@@ -259,9 +263,12 @@ class Start(Guarded):
         """Begin it."""
         if len(self.request.body) > LARGEST_ASK:
             raise HTTPError(413, reason="the request is too long")
-        ask = json.loads(self.request.body)
+        try:
+            ask = json.loads(self.request.body)
+        except ValueError:
+            ask = None
         if not isinstance(ask, dict):
-            raise HTTPError(400, reason="a request is an object")
+            raise HTTPError(400, reason="a request is a JSON object")
         if self.session.run is not None and self.session.run.runs:
             raise HTTPError(
                 409, reason="another window of this page is at work; wait for it, or cancel it there"
@@ -269,7 +276,7 @@ class Start(Guarded):
         for name in ("program", "machine", "part"):
             if ask.get(name) and not NAME.fullmatch(str(ask[name])):
                 raise HTTPError(400, reason=f"{name} is no file or machine")
-            given = self.session.folder / str(ask.get(name) or "")
+            given = self.session.given / str(ask.get(name) or "")
             if ask.get(name) and given.is_file():
                 ask[name] = str(given)
             elif name != "machine" and ask.get(name):
@@ -339,7 +346,7 @@ async def _serve(port: int, announce: Callable[[str], None], browser: bool) -> N
         (rf"/run/({'|'.join(VERBS)})", Start),
         (r"/machines", Machines),
         (r"/state", State),
-        (r"/out/(.*)", Made, {"path": str(session.folder)}),
+        (r"/out/(.*)", Made, {"path": str(session.made)}),
     ]
     try:
         application = Application(handlers, session=session, log_function=lambda _: None)

@@ -62,12 +62,15 @@ class Teller:
 
     def __init__(self, stream: TextIO, folder: str) -> None:
         self._stream, self._stage, self._sent = stream, "", 0.0
-        self._folder = json.dumps(folder + os.sep)[1:-1]
+        self._folders = [json.dumps(f"{folder}{os.sep}{part}{os.sep}")[1:-1] for part in ("given", "made")]
         self.meter = Meter(self._step)
 
     def send(self, **message: Any) -> None:
         """Send a message, in which files of the session have their names alone."""
-        self._stream.write(json.dumps(message).replace(self._folder, "") + "\n")
+        text = json.dumps(message)
+        for folder in self._folders:
+            text = text.replace(folder, "")
+        self._stream.write(text + "\n")
         self._stream.flush()
 
     def _step(self, report: ProgressReport) -> None:

@@ -15,6 +15,7 @@ from support.served_page import ServedPage
 
 import fiveaxis as fx
 from fiveaxis.cli.page import server
+from fiveaxis.model import save_machine
 
 TRUNNION = "linuxcnc-xyzac-trt"
 PROGRAM = """G21 G90 G54
@@ -114,9 +115,9 @@ def test_only_files_of_the_session_are_sent(page, path):
 
 
 def test_what_was_made_is_a_download_and_what_is_shown_cannot_read_the_page(page, program):
-    page.put(program)
-    _, text, headers = page.ask("GET", "/out/part.ngc?as=new%22%3B%20x=%22y.ngc")
-    assert text.decode() == PROGRAM
+    page.work("look", program=page.put(program), machine="variaxis-730", answers={"A.speeds": "30"})
+    assert page.ask("GET", "/out/part.ngc")[0] == 404
+    _, _, headers = page.ask("GET", "/out/machine.toml?as=new%22%3B%20x=%22y.ngc")
     assert headers["Content-Disposition"] == 'attachment; filename="newxy.ngc"'
     assert 'sandbox="allow-scripts"' in (Path(server.__file__).parent / "page.js").read_text()
 
@@ -125,6 +126,24 @@ def test_a_request_names_files_of_the_session_only(page, program):
     for wrong in ("../part.ngc", "/etc/hostname", "missing.ngc"):
         status, told, _ = page.ask("POST", "/run/look", f'{{"program": "{wrong}", "machine": "x"}}'.encode())
         assert status == 400, told
+
+
+def test_a_dropped_machine_is_answered_again_and_again_and_stays_as_it_was(page, program, tmp_path):
+    own = tmp_path / "machine.toml"
+    save_machine(fx.load_machine("variaxis-730"), own)
+    ask = {"program": page.put(program), "machine": page.put(own)}
+    for answers in ({"A.speeds": "30"}, {"C.speeds": "50"}):
+        page.work("look", **ask, answers=answers)
+    made = tmp_path / "made.toml"
+    made.write_bytes(page.ask("GET", "/out/machine.toml")[1])
+    speeds = {axis.letter: axis.max_speed for axis in fx.load_machine(made).axes}
+    assert speeds["A"] is None
+    assert speeds["C"] is not None
+
+
+@pytest.mark.parametrize("body", [b"", b"{", b"[]", b"7", b'"look"'])
+def test_a_request_is_a_json_object(page, body):
+    assert page.ask("POST", "/run/look", body)[0] == 400
 
 
 def test_a_program_as_it_is_is_what_the_library_says(page, program):
@@ -181,7 +200,7 @@ def test_a_server_that_ends_or_is_killed_leaves_no_process_and_no_file(program, 
     page = ServedPage()
     ask = f'{{"program": "{page.put(program)}", "machine": "{TRUNNION}", "effort": "thorough"}}'
     folder = page.folder
-    assert (folder / "part.ngc").is_file()
+    assert (folder / "given" / "part.ngc").is_file()
     assert page.ask("POST", "/run/improve", ask.encode())[0] == 200
     workers = page.workers
     page.close(number)
