@@ -6,9 +6,11 @@ import difflib
 import inspect
 import math
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cache, wraps
+from numbers import Integral, Real
+from types import NoneType, UnionType
 from typing import (
     TYPE_CHECKING,
     Annotated,
@@ -19,6 +21,7 @@ from typing import (
     Protocol,
     Self,
     TypeVar,
+    Union,
     get_args,
     get_origin,
     get_type_hints,
@@ -116,6 +119,7 @@ class Group:
         for name, (kind, option) in options_of(group).items():
             value = getattr(self, name)
             if value is not None:
+                _require_kind(name, kind, option, value)
                 _require_valid(name, kind, option, value)
 
     @classmethod
@@ -136,6 +140,35 @@ def options_of(group: Any) -> dict[str, tuple[Any, Option]]:
     """Return type and meaning of a group's options, by name; fields without an `Option` aren't among them."""
     kinds = get_type_hints(group)
     return {f.name: (kinds[f.name], f.metadata[OPTION]) for f in fields(group) if OPTION in f.metadata}
+
+
+def _require_kind(name: str, kind: Any, option: Option, value: Any) -> None:
+    """Raise `SettingError` for a value that is none of its kind: a word for a number, one number for two."""
+    either = get_args(kind) if get_origin(kind) in (Union, UnionType) else (kind,)
+    kinds = [each for each in either if each is not NoneType]
+    if not any(_is_of(each, value) for each in kinds):
+        counts = [len(get_args(each)) for each in kinds if get_origin(each) is tuple]
+        form = "a number" if float in kinds or int in kinds else f"something such as {option.example!r}"
+        if counts and Ellipsis not in get_args(kinds[0]):
+            form = f"({', '.join(['a number'] * counts[0])})"
+        unit = f", {option.unit}" if option.unit else ""
+        raise SettingError(f"{name} = {value!r} is of the wrong kind; give {form}{unit}")
+
+
+def _is_of(kind: Any, value: Any) -> bool:
+    """Check whether a value may be meant as one of a kind; of kinds that aren't known here, every one is."""
+    if kind in (float, int):
+        return isinstance(value, Real if kind is float else Integral) and not isinstance(value, bool)
+    if get_origin(kind) is tuple:
+        parts = get_args(kind)
+        if isinstance(value, str) or not hasattr(value, "__len__"):
+            return False
+        if Ellipsis in parts:
+            return all(_is_of(parts[0], each) for each in value)
+        return len(value) == len(parts) and all(map(_is_of, parts, value))
+    if get_origin(kind) is Mapping:
+        return isinstance(value, Mapping)
+    return True
 
 
 def _require_valid(name: str, kind: Any, option: Option, value: Any) -> None:

@@ -3,6 +3,7 @@
 import inspect
 from dataclasses import FrozenInstanceError, dataclass, fields, replace
 
+import numpy as np
 import pytest
 
 import fiveaxis.base.options as every_group
@@ -87,3 +88,35 @@ def test_signature_and_docstring_say_each_option():
 def test_a_default_that_could_change_is_each_records_own():
     Cutting().names["A"] = "changed"
     assert Cutting().names == {}
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({"tilt": 15}, r"tilt = 15 is of the wrong kind; give \(a number, a number\), deg"),
+        ({"tilt": (1, 2, 3)}, "tilt = .* is of the wrong kind"),
+        ({"tilt": "15:75"}, "tilt = '15:75' is of the wrong kind"),
+        ({"tilt": ("a", "b")}, "tilt = .* is of the wrong kind"),
+        ({"cone": "20"}, "cone = '20' is of the wrong kind; give a number, deg"),
+        ({"cone": True}, "cone = True is of the wrong kind"),
+        ({"hold": 5}, r"hold = 5 is of the wrong kind; give something such as \{'C': 30\}, deg"),
+        ({"plane": 3}, "plane = 3 is of the wrong kind"),
+    ],
+)
+def test_a_value_of_the_wrong_kind_is_told_with_what_to_give(given, told):
+    with pytest.raises(SettingError, match=told):
+        Bounds(**given)
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"tilt": np.array([1.0, 2.0])},
+        {"tilt": [1, 2]},
+        {"cone": np.float32(3)},
+        {"cone": np.int64(3)},
+        {"hold": {"C": 3}},
+    ],
+)
+def test_numbers_and_lists_of_numpy_are_of_the_kind_that_is_asked_for(given):
+    assert Bounds(**given)
