@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from dataclasses import replace
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -48,12 +50,29 @@ SAME = 1e-6
 MOST_SAMPLED = 20_000
 
 
+class Run(NamedTuple):
+    """A run that is kept, for the next operation of the same program."""
+
+    source: Source
+    machine: Machine
+    options: ReadOptions
+    stand_in: bool
+    interpreter: Interpreter
+
+
+# Listing, pricing and verifying a program's operations each reads the whole of it; with block delete in both
+# positions it runs in two ways. Runs of more lines than this aren't kept, for their memory.
+_KEPT: deque[Run] = deque(maxlen=2)
+MOST_KEPT = 100_000
+
+
 def run_program(
     source: Source, machine: Machine, options: ReadOptions, *, stand_in: bool = False
 ) -> Interpreter:
     """Run a program to its end.
 
-    Rows are the same for whoever reads it. The first is where the program's first move starts, or else ends.
+    The next operations of the same source, machine and options are taken from the same run. Rows are the same
+    for whoever reads it. The first is where the program's first move starts, or else ends.
     A move that ends where only the machine knows is no row; `Columns.from_unknown` marks the next one.
 
     Parameters
@@ -80,9 +99,30 @@ def run_program(
         found.left_out, found.original = unread, source
         return found
 
+    # Of one operation only what is around it is left out; which one, and its cutter, change no row.
+    around = options.around or options.number is not None
+    same = replace(options, operation=None, tool=None, stand_in=None, around=around)
+    for run in tuple(_KEPT):  # another thread may keep one meanwhile
+        if (
+            run.source is source
+            and run.machine is machine
+            and (run.options, run.stand_in) == (same, stand_in)
+        ):
+            return _for_operation(run.interpreter)
     found = read(options)
     note_skipped(found, options, read)
-    return found
+    if len(source.lines) <= MOST_KEPT:
+        _KEPT.append(Run(source, machine, same, stand_in, found))
+    return _for_operation(found)
+
+
+def _for_operation(run: Interpreter) -> Interpreter:
+    """Return a run with lists of its own of all that `take_operation` and its callers change."""
+    own = copy(run)
+    own.findings, own.ignored = list(run.findings), Counter(run.ignored)
+    own.track, own.modes = copy(run.track), copy(run.modes)
+    own.modes.technology = copy(run.modes.technology)
+    return own
 
 
 def _run_judged(source: Source, machine: Machine, options: ReadOptions, *, stand_in: bool) -> Interpreter:

@@ -5,7 +5,10 @@ from __future__ import annotations
 import pytest
 
 import fiveaxis as fx
+from fiveaxis.base import Reading
 from fiveaxis.base.errors import InputError, JobError, SeveralOperations
+from fiveaxis.nc import ProgramReading, list_operations, load_program, load_source
+from fiveaxis.nc.control.interpreter import Interpreter
 
 BALL = fx.Tool.ball(6)
 FACE = "T1 M6\nG0 B0 C0\nS2000 M3\nG0 X-40 Y0 M8\nG43 H1 Z50\nG1 Z0 F500\nX40\nG0 Z50\nM9\n"
@@ -153,3 +156,39 @@ def test_a_fault_in_a_called_file_is_named_with_that_files_line(tmp_path, machin
     (tmp_path / "O0100.nc").write_text(f"O0100\nG1 X0 F900\n{plain}M99\n")
     with pytest.raises(InputError, match=r"main\.nc:3: in O0100\.nc, line 3, A0: .* no A"):
         fx.read_toolpath(path, tool=BALL, machine=machine)
+
+
+def said(motion) -> list[tuple]:
+    """Everything that is said of a motion, but the file's folder."""
+    findings = [(f.code, f.message, f.place.line, f.place.location) for f in motion.findings]
+    joins = [(join.step, join) for join in motion.technology.joins]
+    return [
+        motion.positions.tolist(),
+        motion.time.tolist(),
+        motion.source.tolist(),
+        findings,
+        joins,
+        motion.ignored,
+    ]
+
+
+def test_operations_are_taken_from_one_run_of_their_program_and_read_as_from_one_of_their_own(
+    shop, machine, monkeypatch, tmp_path
+):
+    alone = []
+    for number in (1, 2, 3):
+        copied = tmp_path / str(number) / shop.name
+        copied.parent.mkdir()
+        copied.write_bytes(shop.read_bytes())
+        alone.append(said(fx.read_program(copied, machine, rapid=1e4, operation=number)))
+    source, runs = load_source(shop), []
+    begin = Interpreter.run
+    monkeypatch.setattr(Interpreter, "run", lambda self, *lines: runs.append(1) or begin(self, *lines))
+    listed = list_operations(source, ProgramReading(machine=machine, rapid=1e4))
+    readings = [Reading(rapid=1e4, operation=number) for number in (3, 1, 2, 3, 1)]
+    found = [said(load_program(source, machine, None, reading).motion) for reading in readings]
+    assert found == [alone[number - 1] for number in (3, 1, 2, 3, 1)]
+    assert [operation.number for operation in listed] == [1, 2, 3]
+    assert len(runs) == 1
+    load_program(source, machine, None, Reading(rapid=2e4, operation=1))
+    assert len(runs) == 2
