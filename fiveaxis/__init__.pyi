@@ -16,6 +16,7 @@ from .job import post_program as post_program
 from .job import program_energy as program_energy
 from .job import revise_program as revise_program
 from .job import run_batch as run_batch
+from .job import show_program as show_program
 from .job import verify_program as verify_program
 from .job import write_program as write_program
 from .lab import PowerSurface as PowerSurface
@@ -37,3 +38,4 @@ from .show import location_surface as location_surface
 from .show import path_valley as path_valley
 from .show import preview as preview
 from .show import tip_surface as tip_surface
+from .show import write_preview as write_preview

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from functools import partial
 from itertools import groupby
 from pathlib import Path
@@ -230,24 +229,19 @@ def _result(options: Mapping[str, Any], work: Work, *, browser: bool) -> Preview
 
 def _as_it_is(options: Mapping[str, Any], work: Work, *, browser: bool) -> Preview:
     """Show all operations of a program as they are, or the chosen ones."""
-    from fiveaxis.cli.verify_verb import operations_apart, reading_of
-    from fiveaxis.job import is_mesh, load_job_machine, load_surroundings, require_input, show_program
-    from fiveaxis.nc import kind_of, load_source
+    from fiveaxis.cli.verify_verb import reading_of
+    from fiveaxis.job import Showing, load_job_machine, load_surroundings, require_input, show_operations
     from fiveaxis.show import preview as show
 
     job = job_of(options)
     require_input(job.input)
-    if is_mesh(job.input) or kind_of(load_source(job.input)) != "program":
-        raise SettingError(
-            "is no NC program; `fiveaxis optimise -o OUT` leaves a preview of its result, and a job .toml is "
-            "run and shown here",
-            file=job.input,
-        )
-    each = operations_apart(job.input, load_job_machine(job), reading_of(options))
-    whole = work.run(partial(show_program, job, [reading for _, reading in each]))
+    given = Showing.of(reading_of(options), job.surrounding, tool=job.tool)
+    machine, around = load_job_machine(job, shown=True), load_surroundings(job)
+    whole = work.run(partial(show_operations, job.input, machine, given, around))
+    for sentence in whole.assumed:
+        err.print(f"assumed: {sentence}", markup=False, soft_wrap=True)
     work.step("making the scene", 0, 1)
-    around = replace(load_surroundings(job), blank=None)  # nothing is cut here
-    return show(whole, surroundings=around, findings=whole.findings, open_browser=browser)
+    return show(whole, open_browser=browser)
 
 
 def job_of(options: Mapping[str, Any]) -> Job:

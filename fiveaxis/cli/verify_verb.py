@@ -21,7 +21,6 @@ from fiveaxis.base import (
     ReadProgram,
     SettingError,
     Workpiece,
-    as_list,
     group_findings,
     group_gaps,
 )
@@ -176,23 +175,19 @@ def operations_apart(
     ----------
     whole : whether the program is to be one: a path that it follows is that of one operation
     """
-    from fiveaxis.nc import ProgramReading, list_operations, load_source
+    from fiveaxis.nc import load_source, operation_readings
 
-    given = replace(reading, operation=None)
-    chosen = dict.fromkeys(as_list(reading.operation) or ())
-    one = whole or len(chosen) == 1 or program.suffix.lower() == ".csv"
-    if one or not program.is_file():  # whoever reads it says that it is missing
+    # Whoever reads a file says that it is missing.
+    if whole or program.suffix.lower() == ".csv" or not program.is_file():
         return [(None, reading)]
-    found = list_operations(load_source(program), ProgramReading.of(given, machine=machine))
-    if chosen:
-        at = {operation.number: operation for operation in found}
-        return [(at.get(number), replace(given, operation=number)) for number in chosen]
-    if len(found) < 2:
-        return [(None, given)]
-    for operation in found:
-        if operation.kind == "unread":
+    each = operation_readings(load_source(program), machine, reading)
+    chosen, read = reading.operation is not None, []
+    for operation, own in each:
+        if operation is not None and operation.kind == "unread" and not chosen:
             err.print(f"operation {operation.number} is left out: {operation}", markup=False, soft_wrap=True)
-    return [(o, replace(given, operation=o.number)) for o in found if o.kind != "unread"]
+        else:
+            read.append((operation, own))
+    return read
 
 
 def load_checked(

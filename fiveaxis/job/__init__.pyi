@@ -58,5 +58,7 @@ from .task import resolve as resolve
 from .unfinished import digest_job as digest_job
 from .unfinished import resumable as resumable
 from .verifying import Checking as Checking
+from .verifying import Showing as Showing
+from .verifying import show_operations as show_operations
 from .verifying import show_program as show_program
 from .verifying import verify_program as verify_program

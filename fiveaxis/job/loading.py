@@ -55,8 +55,12 @@ from fiveaxis.nc import (
 from fiveaxis.show import InputFile, describe_input
 
 
-def load_job_machine(job: Job) -> Machine:
+def load_job_machine(job: Job, *, shown: bool = False) -> Machine:
     """Load a job's machine with the job's setup, tool length, load and drives.
+
+    Parameters
+    ----------
+    shown : whether programs are only shown on it, which `show_program` does without a tool length, too
 
     Raises
     ------
@@ -67,7 +71,7 @@ def load_job_machine(job: Job) -> Machine:
         raise JobError("--machine is missing; give a name (`fiveaxis machines`) or a machine file")
     machine = load_machine(job.machine, job.assume)
     machine = _with_tool(machine.with_setup(job.setup.offset, job.setup.rotation), job)
-    if any(figure.name == "tool_length" for figure in unknown_figures(machine)):
+    if not shown and any(figure.name == "tool_length" for figure in unknown_figures(machine)):
         raise JobError(
             f"machine {machine.name!r} doesn't always hold the tool along Z, so the other axes depend on the "
             "tool's length; give tool_length, mm from the spindle's gauge point to the tip (--tool-length)"
@@ -75,16 +79,6 @@ def load_job_machine(job: Job) -> Machine:
     if job.load is not None:
         machine = machine.with_load(job.load, machine.load.centre)
     return with_powers(machine, job.drives)
-
-
-def take_machine(machine: Machine | str | Path) -> Machine:
-    """Return a machine, loaded if it is given by its name or file; `SettingError` without either."""
-    if isinstance(machine, str | Path):
-        return load_machine(str(machine))
-    if not isinstance(machine, Machine):
-        kind = type(machine).__name__
-        raise SettingError(f"machine is of type {kind}; give a Machine, or the name or file of one")
-    return machine
 
 
 def take_path(

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from fiveaxis.base import (
     Bounds,
+    FiveAxisError,
     Meshes,
     ProgramBounds,
     Progress,
@@ -23,18 +23,36 @@ from fiveaxis.check import (
     Clearances,
     Fixture,
     Report,
+    Standing,
     Surroundings,
     Tolerances,
     check_program,
 )
-from fiveaxis.job.description import Job
-from fiveaxis.job.loading import load_job_machine
 from fiveaxis.job.program_costs import Pricing, price_program
 from fiveaxis.job.program_options import ProgramOptions
-from fiveaxis.model import Constraints, Machine, Tool, Toolpath, parse_tool, tools_by_number
-from fiveaxis.nc import RAPID, ProgramSettings, load_source
+from fiveaxis.model import (
+    Constraints,
+    Machine,
+    Tool,
+    Toolpath,
+    parse_tool,
+    take_machine,
+    tools_by_number,
+    unknown_figures,
+    with_powers,
+)
+from fiveaxis.nc import (
+    RAPID,
+    ProgramSettings,
+    kind_of,
+    load_source,
+    operation_readings,
+    set_up_as_stated,
+)
 from fiveaxis.show import ShownOperation, WholeProgram
 
+# mm, from the gauge point: tools that nobody has measured are shown so long.
+SHOWN_LENGTH = 150.0
 # deg and deg/mm: turns of a program that are told, within this angle of the first rotary axis.
 SINGULAR_CONE, SINGULAR_RATE = 5.0, 5.0
 
@@ -122,31 +140,113 @@ def verify_program(
     return check_program(program, machine, against, given, given.surface_tolerance, allowed)
 
 
-def show_program(job: Job, readings: Sequence[Reading], progress: Progress = unheard) -> WholeProgram:
-    """Read the operations of a job's program as they are.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Showing(Workpiece, Meshes, Reading):
+    """All that `show_program` takes as keywords: tools, workpiece, how the program is read."""
 
-    Rapid moves of axes without a known speed are shown at `RAPID`, unless the job states one.
+    tool: Tool | str | None = None
+    fixtures: tuple[Fixture, ...] = ()
+    clearances: Clearances | None = None
+
+
+@keywords_of(Showing)
+def show_program(program: str | Path, machine: Machine | str | Path, given: Showing) -> WholeProgram:
+    """Read an NC program as it is, all of its operations, to be shown: `preview`, `write_preview`.
+
+    What a simulation needs and nobody states is assumed, and said in `WholeProgram.assumed`: speeds of rapid
+    moves, a cutter, how long the tool is, axis powers. An operation that can't be read is left out, and said
+    there, too.
 
     Parameters
     ----------
-    job : its machine, setup and tools; what it bounds and minimises isn't used
-    readings : how each operation is read
+    program : in any language that `read_program` knows
+    machine : on which it runs, or its name or file
+    tool : the cutter of all operations, or its short form (``ball:6``); of several their short forms by their
+        numbers, ``3=ball:6,5=bull:10:2``; by default as the program's comments state them
+    fixtures : clamps and vices, workpiece frame
+    clearances : mm, by kind of body
+
+    Returns
+    -------
+    Its moves in the control's time, with the findings of `verify_program` in each operation
 
     Raises
     ------
     FiveAxisError
-        As `read_program`.
+        As `read_program`, if no operation can be read; a file that is no program; as `Surroundings.load`.
     """
-    source, machine = load_source(job.input), load_job_machine(job)
-    named = "" if job.tool is None else job.tool
-    tools = tools_by_number(named) if "=" in named else {"": named}
-    parts = []
-    for number, reading in enumerate(readings):
-        progress("reading the program", number, len(readings))
-        priced = price_program(source, machine, Pricing.of(reading, rapid=reading.rapid or RAPID))
+    around = Surroundings.of(given, given, given.fixtures, given.clearances)
+    return show_operations(program, take_machine(machine), given, around)
+
+
+def show_operations(
+    program: str | Path,
+    machine: Machine,
+    given: Showing,
+    around: Surroundings,
+    progress: Progress = unheard,
+) -> WholeProgram:
+    """Read a program as `show_program` does, with its surroundings loaded."""
+    source = load_source(program)
+    if kind_of(source) != "program":
+        raise source.error(
+            "is no NC program; `fiveaxis optimise -o OUT` leaves a preview of its result, and a job .toml is "
+            "run and shown by `fiveaxis preview`"
+        )
+    machine, _ = set_up_as_stated(with_powers(machine), source)
+    machine, reading, assumed = _assumed(machine, Reading.of(given))
+    tools = _tools(given.tool)
+    parts, faults, standings = [], list[FiveAxisError](), list[Standing]()
+    each = operation_readings(source, machine, reading)
+    for number, (operation, own) in enumerate(each):
+        progress("reading the program", number, len(each))
+        try:
+            priced = price_program(source, machine, Pricing.of(own))
+        except FiveAxisError as fault:
+            where = "" if operation is None else f"operation {operation.number}, {operation}: "
+            assumed.append(f"{where}not shown, as it can't be read: {fault}")
+            faults.append(fault)
+            continue
         motion = priced.motion
-        operation = "" if motion.operation is None else motion.operation.tool
-        given = tools.get(operation, tools.get(""))
-        tool = parse_tool(given) if given else motion.tool
-        parts.append(ShownOperation(motion, priced.energy, tool, priced.findings))
-    return WholeProgram.of(source.name, machine, source.lines, parts)
+        name = "" if motion.operation is None else motion.operation.tool
+        tool = tools.get(name, tools.get("")) or motion.tool
+        against = Against(None, tool, None if tool is None else around, gouge_tolerance=given.gouge_tolerance)
+        report = check_program(source, machine, against, own, given.surface_tolerance)
+        if report.cut is not None:
+            around = replace(around, blank=report.cut.following())
+        standings += [] if report.standing is None else [report.standing]
+        others = tuple(f for f in priced.findings if f.code not in report.counts)
+        parts.append(ShownOperation(motion, priced.energy, name, tool, (*report.findings, *others)))
+    if not parts:
+        raise faults[0]
+    standing = max(standings, key=lambda each: each.height, default=None)
+    # Nothing is cut here.
+    around = replace(around, blank=None)
+    return WholeProgram.of(source.name, machine, source.lines, parts, around, standing, tuple(assumed))
+
+
+def _tools(given: Tool | str | None) -> dict[str, Tool]:
+    """Return the given cutters by their numbers in the program, under an empty one a cutter for all."""
+    if given is None or isinstance(given, Tool):
+        return {} if given is None else {"": given}
+    named = tools_by_number(given) if "=" in given else {"": given}
+    return {number: parse_tool(name) for number, name in named.items()}
+
+
+def _assumed(machine: Machine, reading: Reading) -> tuple[Machine, Reading, list[str]]:
+    """Assume what a simulation needs and nobody states, and say so."""
+    said = []
+    if any(figure.name == "tool_length" for figure in unknown_figures(machine)):
+        machine = machine.with_tool_length(SHOWN_LENGTH)
+        said.append(
+            f"tools are taken to be {SHOWN_LENGTH:g} mm long from the gauge point, on which the linear axes "
+            f"depend on machine {machine.name!r}; say how long they are (--tool-length)"
+        )
+    untimed = ", ".join(axis.letter for axis in machine.axes if axis.max_speed is None)
+    if untimed and reading.rapid is None:
+        reading = replace(reading, rapid=RAPID)
+        said.append(
+            f"rapid moves of {untimed} run at {RAPID:,.0f} mm/min or deg/min, as machine {machine.name!r} "
+            "states no highest speed of them; say how fast they are (--rapid)"
+        )
+    return machine, reading, said

@@ -88,6 +88,7 @@ from .machine.files import machine_names as machine_names
 from .machine.files import machine_text as machine_text
 from .machine.files import read_foreign as read_foreign
 from .machine.files import save_machine as save_machine
+from .machine.files import take_machine as take_machine
 from .machine.measuring import dimensions as dimensions
 from .machine.measuring import draw as draw
 from .machine.measuring import pivots_unknown as pivots_unknown

@@ -14,6 +14,7 @@ from .formats import SUFFIXES as SUFFIXES
 from .formats import holds_path as holds_path
 from .formats import kind_of as kind_of
 from .formats import list_operations as list_operations
+from .formats import operation_readings as operation_readings
 from .formats import read_operations as read_operations
 from .formats import read_path_of as read_path_of
 from .formats import read_toolpath as read_toolpath

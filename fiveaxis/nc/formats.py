@@ -15,13 +15,15 @@ from fiveaxis.base import (
     Array,
     Finding,
     Place,
+    Reading,
     SeveralOperations,
     Severity,
     ToolpathError,
+    as_list,
     keywords_of,
     require_suffix,
 )
-from fiveaxis.model import Operation, Tool, Toolpath
+from fiveaxis.model import Machine, Operation, Tool, Toolpath
 from fiveaxis.nc.apt.reader import read_apt
 from fiveaxis.nc.control.program_toolpath import read_program_path
 from fiveaxis.nc.languages.choice import bare_code, has_sign, head_lines
@@ -228,6 +230,33 @@ def list_operations(source: Source, reading: ProgramReading) -> tuple[Operation,
     except SeveralOperations as several:
         return several.operations
     return () if found.operation is None else (found.operation,)
+
+
+def operation_readings(
+    source: Source, machine: Machine, reading: Reading
+) -> list[tuple[Operation | None, Reading]]:
+    """List the operations of a program, all or the chosen ones, with how to read each on its own.
+
+    A program of one operation is read as a whole. What can't be read is of kind ``unread``.
+
+    Parameters
+    ----------
+    machine : that the program was written for
+    reading : its `operation` has the numbers of the chosen ones
+
+    Raises
+    ------
+    FiveAxisError
+        As `read_operations`.
+    """
+    given, chosen = replace(reading, operation=None), dict.fromkeys(as_list(reading.operation) or ())
+    if len(chosen) == 1:
+        return [(None, reading)]
+    found = list_operations(source, ProgramReading.of(given, machine=machine))
+    if not chosen and len(found) < 2:
+        return [(None, given)]
+    at = {operation.number: operation for operation in found}
+    return [(at.get(number), replace(given, operation=number)) for number in chosen or at]
 
 
 def read_path_of(source: Source, options: ReadOptions) -> Toolpath:

@@ -18,7 +18,15 @@ from fiveaxis.check.verification.read_back import WrittenText, unsaid
 from fiveaxis.check.verification.report import Report, make_report
 from fiveaxis.check.verification.verdict import JERK, Examination, examine
 from fiveaxis.model import SPEED_TOLERANCE, Constraints, Machine, Motion
-from fiveaxis.nc import TracedProgram, load_program, load_source, set_up_as_stated, stated_height, trace_table
+from fiveaxis.nc import (
+    Source,
+    TracedProgram,
+    load_program,
+    load_source,
+    set_up_as_stated,
+    stated_height,
+    trace_table,
+)
 
 # What no check covers: in our own programs, where moves were divided, and in any program.
 NO_ACCELERATIONS = Gap(
@@ -78,7 +86,7 @@ def verify_text(
 
 
 def check_program(
-    program: str | Path,
+    program: str | Path | Source,
     machine: Machine,
     against: Against,
     reading: Reading,
@@ -101,7 +109,7 @@ def check_program(
     FiveAxisError
         As `fiveaxis.verify_program`.
     """
-    source = load_source(program)
+    source = program if isinstance(program, Source) else load_source(program)
     machine, stands = set_up_as_stated(machine, source)
     around, height = against.surroundings or Surroundings(), stated_height(source)
     if around.above_table is None and height is not None:

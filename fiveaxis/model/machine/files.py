@@ -10,6 +10,7 @@ from pathlib import Path
 from fiveaxis.base import (
     FigureError,
     MachineError,
+    SettingError,
     UnknownMachine,
     kept_by_file,
     line_of,
@@ -51,6 +52,16 @@ def load_machine(name: str | Path, assume: Mapping[str, str] | None = None) -> M
     # What is kept of a file is shared: a caller who changes arrays of the machine changes his own.
     machine = replace(READERS[path.suffix.lower()](path))
     return assuming(machine, assume) if assume else machine
+
+
+def take_machine(machine: Machine | str | Path) -> Machine:
+    """Return a machine, loaded if it is given by its name or file; `SettingError` without either."""
+    if isinstance(machine, str | Path):
+        return load_machine(str(machine))
+    if not isinstance(machine, Machine):
+        kind = type(machine).__name__
+        raise SettingError(f"machine is of type {kind}; give a Machine, or the name or file of one")
+    return machine
 
 
 def find_machine(name: str | Path) -> Path:

@@ -25,6 +25,7 @@ from fiveaxis.model import (
     require_orienting,
     require_range,
     rotary_angles,
+    take_machine,
     tool_axes,
 )
 from fiveaxis.posture import RESULT, Optimum
@@ -179,7 +180,7 @@ class Valley(PostureMap, Drawn):
 
 
 def tip_surface(
-    machine: Machine,
+    machine: Machine | str | Path,
     tip: ArrayLike,
     feed_mm_min: float = 1000.0,
     *,
@@ -191,7 +192,7 @@ def tip_surface(
 
     Parameters
     ----------
-    machine : two rotary and three linear axes with drives
+    machine : two rotary and three linear axes with drives; or its name or file
     tip : (3,), mm, workpiece frame
     normal : (3,), of any length, out of the material; for `tilt`
     tilt : deg, smallest and largest angle between tool axis and normal
@@ -205,6 +206,7 @@ def tip_surface(
         A tip or normal that isn't three numbers, a tilt without a normal or the reverse, a bound or the step
         out of its range.
     """
+    machine = take_machine(machine)
     require_orienting(machine)
     _require_step(step_deg)
     point = _vector("tip", tip)

@@ -20,18 +20,18 @@ from threading import Thread
 from typing import TYPE_CHECKING, Any
 
 from fiveaxis.base import CadFile, Finding, SettingError, group_findings, write_atomically
+from fiveaxis.posture import Optimum
 from fiveaxis.show.viewer.moves import NO_LINE, ShownProgram, Side, choose_sides, shown_result
 from fiveaxis.show.viewer.payload import VIRIDIS, Recorder, describe_show, pack_payload
 from fiveaxis.show.viewer.scene import STOCK_COLOUR, Scene, build_scene
 from fiveaxis.show.viewer.solids import load_meshcat
 from fiveaxis.show.viewer.stock import PlayedStock
-from fiveaxis.show.viewer.whole import UNKNOWN, WholeProgram
+from fiveaxis.show.viewer.whole import WholeProgram
 
 if TYPE_CHECKING:
     import trimesh
 
     from fiveaxis.check import Surroundings
-    from fiveaxis.posture import Optimum
 
 logger = logging.getLogger(__name__)
 
@@ -72,7 +72,7 @@ def write_preview(
 
     Parameters
     ----------
-    solution : to show; or a program as it is
+    solution : to show; or a program as it is, with its own surroundings and findings (`show_program`)
     path : of the page
     program : of the solution, as `make_program` makes it: its moves and blocks are shown instead of the
         path's locations
@@ -86,7 +86,7 @@ def write_preview(
     MeshError
         A mesh of the part, a fixture or the machine can't be read.
     SettingError
-        The page can't be written there.
+        The page can't be written there; neither a solution nor a program.
     """
     page = render_page(
         solution, program=program, part=part, surroundings=surroundings, findings=findings, cad=cad
@@ -105,11 +105,18 @@ def render_page(
     cad: CadFile = CadFile(),
 ) -> str:
     """Return the text of the page that `write_preview` writes."""
+    if not isinstance(solution, Optimum | WholeProgram):
+        raise SettingError(
+            f"a preview shows a solution, and this is {solution!r:.80}; show a program by "
+            "preview(show_program(FILE, MACHINE))"
+        )
+    standing = None if program is None else program.report.standing
+    if isinstance(solution, WholeProgram):
+        surroundings, findings, standing = solution.surroundings, solution.findings, solution.standing
     meshcat = load_meshcat()
     recorder = Recorder()
     sides = (solution.side,) if isinstance(solution, WholeProgram) else choose_sides(solution, program)
     vis = meshcat.Visualizer(window=recorder)
-    standing = None if program is None else program.report.standing
     scene = build_scene(
         vis, solution, sides, part, surroundings=surroundings, findings=findings, standing=standing, cad=cad
     )
@@ -229,11 +236,8 @@ def _remarks(solution: Optimum | WholeProgram, scene: Scene) -> list[str]:
         remarks.append(f"Brown-red: {' and '.join(scene.assumed)}, checked in place of [[bodies]].")
     if scene.fixtures:
         remarks.append("fixtures: " + ", ".join(scene.fixtures))
-    tools = solution.tools if isinstance(solution, WholeProgram) else ()
-    if None in tools:
-        remarks.append(
-            f"Cutters that no comment states are drawn as {UNKNOWN}; name them (--tool 1=ball:10)."
-        )
+    if isinstance(solution, WholeProgram):
+        remarks += [f"Assumed: {sentence}." for sentence in solution.assumed]
     if solution.toolpath.tool.holder is None:
         remarks.append("No holder is known; the shank's length is assumed.")
     return [f'<p class="small">{escape(line)}</p>' for line in remarks]
@@ -351,7 +355,7 @@ def preview(
 
     Parameters
     ----------
-    solution, program, part, surroundings, findings, cad : as for `write_preview`; or a program as it is
+    solution, program, part, surroundings, findings, cad : as for `write_preview`
     open_browser : open the page; by default not in IPython and notebooks
     port : of the loopback address; 0 chooses a free one
 
@@ -360,7 +364,7 @@ def preview(
     MeshError
         A mesh of the part, a fixture or the machine can't be read.
     SettingError
-        The port is taken.
+        The port is taken; neither a solution nor a program, as `show_program` returns it.
     """
     page = render_page(
         solution, program=program, part=part, surroundings=surroundings, findings=findings, cad=cad

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from fiveaxis.base import Finding, IntArray
+from fiveaxis.check import Standing, Surroundings
 from fiveaxis.model import Energy, Machine, Motion, Steadiness, TiltBounds, Tool, Toolpath
 from fiveaxis.nc import trace_tool
 from fiveaxis.show.viewer.moves import MOST_ROWS, Side, thinned
@@ -20,12 +22,31 @@ UNKNOWN = Tool.ball(6.0)
 
 @dataclass(frozen=True, eq=False)
 class ShownOperation:
-    """An operation of a program: its moves in the control's time, what they cost, cutter and findings."""
+    """An operation of a program, as it is shown.
+
+    Parameters
+    ----------
+    motion : its moves, in the control's time
+    energy : what they cost
+    name : number or name of its tool in the program; empty if none is stated
+    tool : its cutter; None where it isn't known
+    findings : with the lines of the program; locations are rows of the motion, if those are of the same line
+    """
 
     motion: Motion
     energy: Energy
+    name: str
     tool: Tool | None
     findings: tuple[Finding, ...] = ()
+
+    def placed(self, finding: Finding, begin: int) -> Finding:
+        """Return a finding at the row, from `begin`, of its location or else of its line."""
+        at, line = finding.place.location, finding.place.line
+        rows = self.motion.source
+        if at is None or at >= len(rows) or (line is not None and rows[at] != line):
+            found = np.flatnonzero(rows == line)
+            at = int(found[0]) if len(found) else None
+        return replace(finding, place=replace(finding.place, location=None if at is None else at + begin))
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +61,10 @@ class WholeProgram:
     side : the moves, with their lines in the file
     lines : of the file
     tools : of each operation, None where it isn't known
-    findings : at the rows of `side`
+    findings : of its verification; locations are rows of `toolpath`
+    surroundings : part, stock and fixtures
+    standing : how the part stands over an assumed table
+    assumed : sentences on what nobody states, and on what isn't shown
     """
 
     machine: Machine
@@ -50,10 +74,27 @@ class WholeProgram:
     lines: tuple[str, ...]
     tools: tuple[Tool | None, ...]
     findings: tuple[Finding, ...]
+    surroundings: Surroundings
+    standing: Standing | None
+    assumed: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        operations = f"{len(self.tools)} operation{'s' * (len(self.tools) != 1)}"
+        found = f"{len(self.findings)} findings, {len(self.assumed)} assumptions"
+        return (
+            f"<WholeProgram {Path(self.toolpath.name).name}: {operations}, {self.side.time:,.1f} s; {found}>"
+        )
 
     @classmethod
     def of(
-        cls, name: str, machine: Machine, lines: Sequence[str], parts: Sequence[ShownOperation]
+        cls,
+        name: str,
+        machine: Machine,
+        lines: Sequence[str],
+        parts: Sequence[ShownOperation],
+        surroundings: Surroundings,
+        standing: Standing | None,
+        assumed: tuple[str, ...],
     ) -> WholeProgram:
         """Put operations together; where one ends and the next begins, no move is known."""
         counts = [len(part.motion) for part in parts]
@@ -77,11 +118,18 @@ class WholeProgram:
         tool: IntArray = np.repeat(np.arange(len(parts)), counts)
         side = Side("program", motion, path, tilt, place, energy, time, steadiness, motion.source, tool)
         findings = tuple(
-            replace(f, place=replace(f.place, location=f.place.location + int(at)))
-            if f.place.location is not None
-            else f
-            for p, at in zip(parts, first, strict=False)
-            for f in p.findings
+            part.placed(finding, int(at))
+            for part, at in zip(parts, first, strict=False)
+            for finding in part.findings
         )
         tools = tuple(part.tool for part in parts)
-        return cls(machine, path, tilt, thinned(side, MOST_ROWS), tuple(lines), tools, findings)
+        unknown = dict.fromkeys(part.name for part in parts if part.tool is None)
+        if unknown:
+            named = ", ".join(filter(None, unknown))
+            which, how = (f"tool {named}", "1=ball:10") if named else ("the tool", "ball:10")
+            assumed += (
+                f"{which} is drawn as {UNKNOWN} and checked against nothing, as no comment states the "
+                f"cutter; name it (--tool {how})",
+            )
+        shown = thinned(side, MOST_ROWS)
+        return cls(machine, path, tilt, shown, tuple(lines), tools, findings, surroundings, standing, assumed)

@@ -166,7 +166,7 @@ def test_a_program_is_previewed_as_it_is_with_its_lines_and_the_tool_of_each_ope
         [22, 23, 24, 25],
         [33, 34, 35, 36],
     ]
-    assert "Cutters that no comment states are drawn as ball:6; name them" in page
+    assert "Assumed: tool 1 is drawn as ball:6 and checked against nothing, as no comment states" in page
     one = shown(monkeypatch, program, *MACHINE, "--tool-length", 100, "--operation", 3)[1]
     assert set(one["0/line"].tolist()) == {33, 34, 35, 36}
 
