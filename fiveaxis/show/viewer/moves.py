@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from fiveaxis.base import Array, Finding, IntArray, angle_between
+from fiveaxis.base import Array, BoolArray, Finding, IntArray, Severity, angle_between
 from fiveaxis.model import (
     Energy,
     Fill,
@@ -33,6 +34,8 @@ MOST_ROWS, MOST_BASELINE_ROWS = 200_000, 20_000
 # Paths of contacts are lifted by this share of the tool's radius, or the part would hide half of every line.
 LIFT = 0.04
 NO_LINE = -1
+# Rows: findings of one code that are nearer to each other are one run of them.
+RUN = 8
 
 
 class ShownProgram(Protocol):
@@ -93,7 +96,7 @@ class Side:
         return clock if clock[-1] > 0.0 else np.arange(len(clock), dtype=float)
 
     @property
-    def on_path(self) -> Array:
+    def on_path(self) -> BoolArray:
         """(m,), whether a row is on the path, and not before it or after it."""
         moving = np.diff(self.place, prepend=self.place[0] - 1.0) > 0.0
         return np.asarray(moving)
@@ -171,6 +174,36 @@ def thinned(side: Side, most: int) -> Side:
     rows = np.unique(np.searchsorted(clock, wanted).clip(0, len(clock) - 1))
     rows[0], rows[-1] = 0, len(clock) - 1
     return side.at(rows)
+
+
+@dataclass(frozen=True, eq=False)
+class Stop:
+    """Where a motion may stop: the first row of a run of errors, or of warnings, of one code."""
+
+    row: int
+    finding: Finding
+    count: int
+
+    def as_list(self) -> list[Any]:
+        """Return row, rank of the severity and text, as plain data for JSON."""
+        finding = self.finding.portable()
+        more = f" (and {self.count - 1} more in a row)" if self.count > 1 else ""
+        return [self.row, finding.severity.rank, f"{finding.severity}: {finding.message}{more}"]
+
+
+def find_stops(findings: Sequence[Finding], side: Side) -> list[Stop]:
+    """List where errors and warnings begin, along the motion."""
+    found: dict[str, dict[int, Finding]] = {}
+    for finding in findings:
+        row = side.row_of(finding)
+        if row is not None and finding.severity is not Severity.NOTE:
+            found.setdefault(finding.code, {}).setdefault(row, finding)
+    stops = []
+    for of_code in found.values():
+        rows = np.array(sorted(of_code))
+        for run in np.split(rows, np.flatnonzero(np.diff(rows) > RUN) + 1):
+            stops.append(Stop(int(run[0]), of_code[int(run[0])], len(run)))
+    return sorted(stops, key=lambda stop: (stop.row, stop.finding.severity.rank))
 
 
 @dataclass(frozen=True, eq=False)

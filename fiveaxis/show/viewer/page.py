@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 from fiveaxis.base import CadFile, Finding, SettingError, group_findings, write_atomically
 from fiveaxis.posture import Optimum
-from fiveaxis.show.viewer.moves import NO_LINE, ShownProgram, Side, choose_sides, shown_result
+from fiveaxis.show.viewer.moves import NO_LINE, ShownProgram, Side, choose_sides, find_stops, shown_result
 from fiveaxis.show.viewer.payload import VIRIDIS, Recorder, describe_show, pack_payload
 from fiveaxis.show.viewer.scene import STOCK_COLOUR, Scene, build_scene
 from fiveaxis.show.viewer.solids import load_meshcat
@@ -36,7 +36,10 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 # In this order: each uses the ones before.
-SCRIPTS = ("data.js", "chain.js", "stage.js", "stock.js", "readings.js", "timeline.js", "main.js")
+SCRIPTS = (
+    *("data.js", "chain.js", "stage.js", "stock.js", "readings.js", "timeline.js", "lines.js"),
+    *("camera.js", "main.js"),
+)
 # Pixels of the time line: its curves, and each axis's row below them (`timeline.js`).
 CURVES, AXIS_ROW = 64, 12
 LOOPBACK = "127.0.0.1"
@@ -117,8 +120,11 @@ def render_page(
     recorder = Recorder()
     sides = (solution.side,) if isinstance(solution, WholeProgram) else choose_sides(solution, program)
     vis = meshcat.Visualizer(window=recorder)
+    stops = find_stops(findings, sides[0])
+    # Of a whole program, which may have a fault in every block, only where each run of them begins.
+    marked = [stop.finding for stop in stops] if isinstance(solution, WholeProgram) else findings
     scene = build_scene(
-        vis, solution, sides, part, surroundings=surroundings, findings=findings, standing=standing, cad=cad
+        vis, solution, sides, part, surroundings=surroundings, findings=marked, standing=standing, cad=cad
     )
     blank = None if surroundings is None else surroundings.blank
     cut = None if program is None else program.report.cut
@@ -132,6 +138,7 @@ def render_page(
         text = program.text.lines
     bounds = math.degrees(solution.tilt.low), math.degrees(solution.tilt.high)
     head, sections = describe_show(solution.machine, scene, sides, text, bounds)
+    head["stops"] = [stop.as_list() for stop in stops]
     if played is not None:
         head["stock"] = played.describe(sections) | {"colour": STOCK_COLOUR}
     logger.debug("%d messages to the scene; %d findings", len(recorder.commands), len(findings))

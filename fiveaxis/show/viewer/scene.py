@@ -140,7 +140,9 @@ def build_scene(
     """
     machine, path = solution.machine, solution.toolpath
     mesh, around = gather(part, surroundings, cad)
-    points = path.pivot if mesh is None else np.vstack([path.pivot, mesh.vertices])
+    # The way from a tool change isn't what there is to see.
+    cuts = path.pivot[path.cutting] if path.cutting.any() else path.pivot
+    points = cuts if mesh is None else np.vstack([cuts, mesh.vertices])
     part_box = Extent.of(points)
     workpiece = f"{STAGE}/workpiece"
     model = None
@@ -150,7 +152,7 @@ def build_scene(
     if model is not None:
         add_numbers(vis, workpiece, model)
     add_surroundings(vis, workpiece, around)
-    own = max(float(np.ptp(path.pivot, axis=0).max()), path.tool.diameter)
+    own = max(float(np.ptp(cuts, axis=0).max()), path.tool.diameter)
     marked = add_marks(vis, workpiece, findings, shown_points(path), MARK * own)
     tool_height = max(float(outlined.outline[-1, 1]) for outlined in path.tool.parts())
     if path.tool.holder is None:
@@ -195,7 +197,8 @@ def _extents(
     machine: Machine, sides: Sequence[Side], points: Array, tool_height: float, bodies: Sequence[Body]
 ) -> dict[str, Extent]:
     """Return what is in view in either frame; points, (p, 3) mm, are those of part and fixtures."""
-    positions = sides[0].motion.positions[sides[0].on_path]
+    shown = sides[0].on_path & sides[0].motion.cutting
+    positions = sides[0].motion.positions[shown if shown.any() else sides[0].on_path]
     rows = np.unique(np.linspace(0, len(positions) - 1, LOOKED_AT).astype(np.int64))
     tip, axis = tool_poses(machine, positions[rows])
     tool = np.stack([tip, tip + tool_height * axis], axis=1)

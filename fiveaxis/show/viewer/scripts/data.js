@@ -46,6 +46,7 @@ class Side {
     for (const what of ["clock", "positions", "place", "points", "lean", "line", "tool", "cutting", "powers", "programmed", "actual", "events"])
       this[what] = own(what);
     this.duration = this.clock[this.count - 1];
+    this.isLeaned = this.lean.some(Number.isFinite);
     this.total = Float32Array.from({length: this.count}, (_, row) => {
       let sum = 0;
       for (let k = 0; k < axes; k++) sum += this.powers[axes * row + k];

@@ -3,14 +3,18 @@
 const report = text => { const line = pick("#fault"); line.textContent = text; line.hidden = false; };
 const SHOWN_SIZE = 2.4;  // of what is in view, for which the viewer's lights and clipping are made
 const APART = 1.1;  // side by side: distance of the two in sizes of the scene
-const ASIDE = 0.12;  // of a single scene, to the right of the middle, as the legend is on the left
 const RIGHT = [Math.SQRT1_2, Math.SQRT1_2, 0];  // across the view
 const STEP = 10;  // s, of Page Up and Page Down
+const MOST_MOVED = 1.6;  // sizes of part and tool that both take in the machine's frame
 const NEAR = 14;  // pixels, from a click to the path
+const SEVERITIES = ["error", "warning"];
+// Width of a window, pixels -> the panels that are open in it at first.
+const PANELS = [[1200, ["legend", "readings", "program"]], [761, ["readings", "program"]], [0, []]];
 
 class Show {
   constructor(viewer, head, arrays) {
-    Object.assign(this, {viewer, head, time: 0, playing: false, speed: 1});
+    // A row of its own, as several may be at one time.
+    Object.assign(this, {viewer, head, time: 0, row: 0, playing: false, speed: 1});
     this.chain = new Chain(head.machine);
     this.sides = head.sides.map((name, number) => new Side(name, number, arrays, head.machine.axes.length));
     this.result = this.sides[0];
@@ -25,8 +29,12 @@ class Show {
     this.stage = new Stage(group, this.chain);
     this.stage.follow(this.result, head);
     this.readings = new Readings(head);
-    const marks = pickAll("#findings [data-row]").map(one => ({row: Number(one.dataset.row), severity: one.className}));
+    this.stops = head.stops;  // row, rank of the severity, text; by row
+    const marks = this.stops.map(([row, rank]) => ({row, severity: SEVERITIES[rank]}));
     this.timeline = new Timeline(this.result, marks, time => this.seek(time), this.stock);
+    if (head.text.length)
+      this.lines = new Lines(head.text, this.result, this.stops, line => this.seekRow(this.lines.rowOf(line, this.row)));
+    this.views = new Views(viewer, pick("#meshcat-pane"));
   }
 
   get beside() {
@@ -38,10 +46,9 @@ class Show {
   arrange() {
     const inMachine = pick('input[name="frame"]:checked').value === "machine";
     const {middle, size} = this.head.extents[!inMachine ? "part" : pick("#whole").checked ? "machine" : "work"];
-    const beside = this.beside, aside = beside ? 0.5 * APART * size : ASIDE * size;
+    const beside = this.beside, aside = 0.5 * APART * size;
     const scale = SHOWN_SIZE / size / (beside ? 1.6 : 1);
-    const shift = RIGHT.map((way, k) => (beside ? 0 : aside * way) - middle[k]);
-    this.root.matrix.makeScale(scale, scale, scale).setPosition(...shift.map(part => part * scale));
+    this.root.matrix.makeScale(scale, scale, scale).setPosition(...middle.map(part => -part * scale));
     this.inMachine = inMachine;
     this.apart = beside ? RIGHT.map(way => way * aside) : null;
     this.twin.group.visible = beside !== null;
@@ -60,7 +67,7 @@ class Show {
   }
 
   draw() {
-    const row = this.result.rowAt(this.time), beside = this.beside;
+    const {row, beside} = this;
     this.stage.show(row, this.inMachine, this.apart);
     if (this.stock) this.stock.show(this.time);
     // Both are at the same place of the path, so that their postures there can be compared.
@@ -72,29 +79,62 @@ class Show {
     pick("#time").value = this.time;
     pick("#clock").textContent = `${this.time.toFixed(1)} of ${this.result.duration.toFixed(1)} s`;
     pick("#play").textContent = this.playing ? "pause" : "play";
+    if (this.lines) this.lines.show(this.result.line[this.result.end(row)]);
+    const here = this.stops.filter(([at]) => at === row);
+    pick("#found").hidden = !here.length;
+    pick("#found").textContent = here.map(([, , text]) => text).join("; ");
     this.viewer.set_dirty();
   }
 
-  seek(time) {
+  // To the next or previous place of the program where something is found.
+  toFinding(by) {
+    const beyond = ([row]) => by * (row - this.row) > 0;
+    const stop = by > 0 ? this.stops.find(beyond) : this.stops.findLast(beyond);
+    if (stop) this.seekRow(stop[0]);
+  }
+
+  // The first row after one, up to a time, at which the program is to stop for what is found.
+  stopOf(after, until) {
+    const {clock} = this.result, worst = Number(pick("#stop-at").value);
+    const stop = this.stops.find(([row, rank]) => rank <= worst && row > after && clock[row] <= until);
+    return stop && stop[0];
+  }
+
+  // At a time, or in a row of that time.
+  go(time, row) {
     this.time = Math.min(Math.max(time, 0), this.result.duration);
+    this.row = row ?? this.result.rowAt(this.time);
+  }
+
+  seek(time, row) {
+    this.go(time, row);
     this.playing = false;
     this.draw();
   }
 
-  seekRow(row) { this.seek(this.result.clock[Math.min(Math.max(row, 0), this.result.count - 1)]); }
+  seekRow(row) {
+    const at = Math.min(Math.max(row, 0), this.result.count - 1);
+    this.seek(this.result.clock[at], at);
+  }
 
-  step(by) {
-    const row = this.result.rowAt(this.time);
-    this.seekRow(by > 0 ? Math.floor(row + 1e-9) + by : Math.ceil(row - 1e-9) + by);
+  step(by) { this.seekRow(by > 0 ? Math.floor(this.row + 1e-9) + by : Math.ceil(this.row - 1e-9) + by); }
+
+  toLine(by) {
+    if (this.lines) this.seekRow(this.lines.beside(this.result.end(this.row), by));
   }
 
   play(on) {
-    if (on && this.time >= this.result.duration) this.time = 0;
+    if (on && this.time >= this.result.duration) this.go(0, 0);
     this.playing = on;
     let last = null;
     const follow = now => {
       if (!this.playing) return;
-      if (last !== null) this.time = Math.min(this.time + this.speed * (now - last) / 1000, this.result.duration);
+      if (last !== null) {
+        const to = Math.min(this.time + this.speed * (now - last) / 1000, this.result.duration);
+        const stop = this.stopOf(this.row, to);
+        this.go(stop === undefined ? to : this.result.clock[stop], stop);
+        this.playing = stop === undefined;
+      }
       last = now;
       if (this.time >= this.result.duration) this.playing = false;
       this.draw();
@@ -132,6 +172,31 @@ class Show {
       if (still) this.click(event.clientX, event.clientY);
     });
     document.addEventListener("keydown", event => this.key(event));
+    for (const one of pickAll("[data-view]")) one.addEventListener("click", () => this.views.look(one.dataset.view));
+    pick("#stops").hidden = !this.stops.length;
+    pick("#next").addEventListener("click", () => this.toFinding(1));
+    pick("#previous").addEventListener("click", () => this.toFinding(-1));
+    this.openPanels();
+  }
+
+  openPanels() {
+    const [, open] = PANELS.find(([width]) => window.innerWidth >= width);
+    const buttons = pickAll("[data-panel]");
+    const set = (button, on) => {
+      pick(`#${button.dataset.panel}`).hidden = !on;
+      button.setAttribute("aria-expanded", on);
+    };
+    for (const button of buttons) {
+      const there = button.dataset.panel !== "program" || this.lines !== undefined;
+      button.hidden = !there;
+      set(button, there && open.includes(button.dataset.panel));
+      button.addEventListener("click", () => {
+        const on = button.getAttribute("aria-expanded") !== "true";
+        // In a narrow window one panel at a time leaves room for the scene.
+        if (on && window.innerWidth < PANELS[1][0]) for (const other of buttons) set(other, false);
+        set(button, on);
+      });
+    }
   }
 
   key(event) {
@@ -145,7 +210,16 @@ class Show {
       PageUp: () => this.seek(this.time - STEP),
       Home: () => this.seekRow(0),
       End: () => this.seekRow(this.result.count - 1),
-      f: () => { frames.find(one => !one.checked).checked = true; this.arrange(); },
+      ArrowUp: () => this.toLine(-1),
+      ArrowDown: () => this.toLine(1),
+      n: () => this.toFinding(1),
+      p: () => this.toFinding(-1),
+      0: () => this.views.look("iso"),
+      1: () => this.views.look("front"),
+      2: () => this.views.look("top"),
+      3: () => this.views.look("right"),
+      f: () => this.views.look("fit"),
+      m: () => { frames.find(one => !one.checked).checked = true; this.arrange(); },
     };
     const action = actions[event.key.length === 1 ? event.key.toLowerCase() : event.key];
     if (action) { event.preventDefault(); action(); }
@@ -160,9 +234,12 @@ async function start() {
   for (const command of commands) viewer.handle_command_bytearray(command);
   show = new Show(viewer, head, arrays);
   show.operate();
+  // Where the table carries the part far, only in the part's frame both fill the window.
+  if (head.extents.work.size > MOST_MOVED * head.extents.part.size) pick("input[value=part]").checked = true;
   show.arrange();
-  viewer.set_3d_pane_size();
-  show.play(true);
+  show.views.resize();
+  show.views.look("iso");
+  show.play(show.stopOf(-1, 0) === undefined);
   performance.mark("ready");
   document.body.dataset.ready = "yes";
 }

@@ -17,6 +17,7 @@ class Readings {
   show(stage, beside, stock) {
     const side = stage.side, row = stage.row, end = side.end(row), line = side.line[end];
     this.figures.removal.hidden = !stock;
+    this.figures.lean.hidden = !side.isLeaned;
     if (stock) this.write(this.figures.removal.querySelector(".value"), `${digits(stock.removal, 1)} mm³/s`);
     const text = line > 0 ? `${line}: ${this.head.text[line - 1]}` : end > 0 ? `move ${end}` : "start";
     this.write(pick("#block"), text);
