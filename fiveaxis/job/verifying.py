@@ -51,6 +51,11 @@ from fiveaxis.nc import (
 )
 from fiveaxis.show import ShownOperation, WholeProgram
 
+# What is said of `ReadMotion.on_part`.
+AT_PART = (
+    "words of the axes count from the part's zero, so that they are the tip's with all rotary axes at 0, as "
+    "the program doesn't say where its zero is; say it (--zero)"
+)
 # mm, from the gauge point: tools that nobody has measured are shown so long.
 SHOWN_LENGTH = 150.0
 # deg and deg/mm: turns of a program that are told, within this angle of the first rotary axis.
@@ -207,7 +212,9 @@ def show_operations(
             assumed.append(f"{where}not shown, as it can't be read: {fault}")
             faults.append(fault)
             continue
-        motion = priced.motion
+        motion = priced.motion.on_part
+        if motion.zero_unknown and not motion.tcp.all() and AT_PART not in assumed:
+            assumed.append(AT_PART)
         name = "" if motion.operation is None else motion.operation.tool
         tool = tools.get(name, tools.get("")) or motion.tool
         against = Against(None, tool, None if tool is None else around, gouge_tolerance=given.gouge_tolerance)

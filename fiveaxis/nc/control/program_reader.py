@@ -47,6 +47,7 @@ from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.running import note_assumptions, run_program, take_operation, why_nothing_moves
 from fiveaxis.nc.control.technology import TechnologyTrack
 from fiveaxis.nc.control.tip_frames import on_workpiece
+from fiveaxis.nc.control.zero_evidence import shift_to_part
 from fiveaxis.nc.formats import kind_of
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import require
@@ -86,8 +87,8 @@ class ReadMotion(Motion):
     technology : spindle, tool, offsets and coolant in force in that move; None for another source
     operation : that was read
     tool : that the program's comments state for it, where the caller gives none
-    zero_unknown : whether moves by axis words count from a zero that nobody says: where they are on the
-        machine and the workpiece isn't known
+    to_part : (k,), mm, to be added to moves by axis words if they count from the workpiece's zero; None where
+        it is known from which zero they do
     ignored : counts of unused words, and of blocks and lines that aren't in the motion
     findings : assumptions and omissions, with their lines
     """
@@ -98,7 +99,7 @@ class ReadMotion(Motion):
     technology: TechnologyTrack | None = None
     operation: Operation | None = None
     tool: Tool | None = None
-    zero_unknown: bool = False
+    to_part: Array | None = None
     ignored: Mapping[str, int] = field(default_factory=dict)
     findings: tuple[Finding, ...] = ()
 
@@ -108,6 +109,18 @@ class ReadMotion(Motion):
         moves = np.diff(self.positions, axis=0, prepend=self.positions[:1])
         moves[np.flatnonzero(self.from_unknown)] = 0.0
         return moves
+
+    @property
+    def zero_unknown(self) -> bool:
+        """Whether moves by axis words count from a zero that nobody says: where they are isn't known."""
+        return self.to_part is not None
+
+    @property
+    def on_part(self) -> ReadMotion:
+        """The motion if words of the axes whose zero isn't known count from the workpiece's."""
+        if self.to_part is None:
+            return self
+        return replace(self, positions=self.positions + np.where(self.tcp[:, None], 0.0, self.to_part))
 
     def part(self, rows: slice) -> ReadMotion:
         """Return the motion of successive rows, the first of which is its start."""
@@ -202,7 +215,7 @@ def motion_of_run(
         technology=interpreter.modes.technology.track(columns.steps),
         operation=operation,
         tool=tool,
-        zero_unknown=interpreter.zero_unknown,
+        to_part=shift_to_part(written) if interpreter.zero_unknown else None,
         ignored=dict(sorted((word, n) for word, n in interpreter.ignored.items() if n)),
         findings=tuple(interpreter.findings),
     )

@@ -69,6 +69,13 @@ def depends_on_zero(source: Source, columns: Columns) -> bool:
     return bool(np.isfinite(home).all() and np.abs(home).max() > SAME)
 
 
+def shift_to_part(columns: Columns) -> Array:
+    """Return what to add to axis values, (k,) mm, if their words count from the workpiece's zero."""
+    shift = np.zeros(len(columns.machine.axes))
+    shift[_linear(columns.machine)] = _home(_zeroed(columns))
+    return shift
+
+
 def _linear(machine: Machine) -> list[int]:
     return [machine.column(c) for c in "XYZ" if c in machine.letters]
 

@@ -53,8 +53,8 @@ ASSUMED_COLOUR = 0xD06A4C
 CUTTER_COLOUR = 0xE8C468
 SHANK_COLOUR, HOLDER_COLOUR = 0xAEB6C2, 0x6F7C91
 MARK_COLOURS = {Severity.ERROR: 0xFF4D5E, Severity.WARNING: 0xFFB224, Severity.NOTE: 0x6CB8FF}
-# Part, path and tool stay visible behind the machine.
-MACHINE_OPACITY = 0.3
+# Part, path and tool stay visible behind the machine, and behind what is assumed of it.
+MACHINE_OPACITY, ASSUMED_OPACITY = 0.3, 0.15
 # Most triangles of part and stock, and of each fixture and machine body, which serve orientation only.
 MOST_PART_TRIANGLES, MOST_TRIANGLES = 150_000, 20_000
 # Diameters: length of the shank drawn if the tool has no holder.
@@ -288,7 +288,8 @@ def add_bodies(vis: Any, node: str, machine: Machine, bodies: Sequence[Body]) ->
     for i, body in enumerate(bodies):
         name = f"{node}/{body.link}/{i}"
         geometry = make_geometry(body.shape, MOST_TRIANGLES)
-        look = {"color": _body_colour(body, machine), "opacity": MACHINE_OPACITY}
+        opacity = ASSUMED_OPACITY if body.assumed else MACHINE_OPACITY
+        look = {"color": _body_colour(body, machine), "opacity": opacity}
         look |= {"flatShading": is_flat(body.shape), "depthWrite": False}
         _add(vis, name, name, geometry, **look).set_transform(machine.machine_frame @ pose_of(body.shape))
 

@@ -79,6 +79,17 @@ def test_a_head_has_a_tool_length_that_is_said_unless_it_is_given(write):
     assert not any("long" in sentence for sentence in alike.assumed)
 
 
+def test_words_of_axes_from_a_zero_that_nobody_states_are_shown_on_the_part(write):
+    machine = load_machine("dmu50ev")
+    shown = fx.show_program(write(FACE, FINISH), machine)
+    assert any("words of the axes count from the part's zero" in sentence for sentence in shown.assumed)
+    tip, _ = machine.forward(shown.side.motion.positions)
+    face = np.isin(shown.side.line, [9, 10])
+    np.testing.assert_allclose(tip[face], [[40, 0, 0], [40, 0, 50]], atol=1e-9)
+    first = np.flatnonzero(shown.side.line == 15)[0]
+    np.testing.assert_allclose(tip[first], [30, 0, 2], atol=1e-9)
+
+
 def test_what_verification_finds_is_at_the_row_of_its_line(write):
     beyond = FACE.replace("\nX40\n", "\nX4000\nX40\n")
     shown = fx.show_program(write(DRILL, beyond), MACHINE, zero=dict.fromkeys("XYZBC", 0))

@@ -52,6 +52,7 @@ class Show {
     this.inMachine = inMachine;
     this.apart = beside ? RIGHT.map(way => way * aside) : null;
     this.twin.group.visible = beside !== null;
+    pick("#side").classList.toggle("beside", beside !== null);
     if (beside) this.twin.follow(beside, this.head);
     if (beside !== this.timeline.beside) {
       this.timeline.beside = beside;
