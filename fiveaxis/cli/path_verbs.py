@@ -235,9 +235,9 @@ def _as_it_is(options: Mapping[str, Any], work: Work, *, browser: bool) -> Previ
 
     job = job_of(options)
     require_input(job.input)
-    given = Showing.of(reading_of(options), job.surrounding, tool=job.tool)
+    given = Showing.of(reading_of(options), job.surrounding, tool=job.tool, progress=work.step)
     machine, around = load_job_machine(job, shown=True), load_surroundings(job)
-    whole = work.run(partial(show_operations, job.input, machine, given, around))
+    whole = work.run(lambda _: show_operations(job.input, machine, given, around))
     for sentence in whole.assumed:
         err.print(f"assumed: {sentence}", markup=False, soft_wrap=True)
     work.step("making the scene", 0, 1)

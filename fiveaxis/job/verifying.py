@@ -152,6 +152,7 @@ class Showing(Workpiece, Meshes, Reading):
     tool: Tool | str | None = None
     fixtures: tuple[Fixture, ...] = ()
     clearances: Clearances | None = None
+    progress: Progress = unheard
 
 
 @keywords_of(Showing)
@@ -170,6 +171,7 @@ def show_program(program: str | Path, machine: Machine | str | Path, given: Show
         numbers, ``3=ball:6,5=bull:10:2``; by default as the program's comments state them
     fixtures : clamps and vices, workpiece frame
     clearances : mm, by kind of body
+    progress : called with what is being done, steps done and steps in all
 
     Returns
     -------
@@ -185,11 +187,7 @@ def show_program(program: str | Path, machine: Machine | str | Path, given: Show
 
 
 def show_operations(
-    program: str | Path,
-    machine: Machine,
-    given: Showing,
-    around: Surroundings,
-    progress: Progress = unheard,
+    program: str | Path, machine: Machine, given: Showing, around: Surroundings
 ) -> WholeProgram:
     """Read a program as `show_program` does, with its surroundings loaded."""
     source = load_source(program)
@@ -198,13 +196,14 @@ def show_operations(
             "is no NC program; `fiveaxis optimise -o OUT` leaves a preview of its result, and a job .toml is "
             "run and shown by `fiveaxis preview`"
         )
-    machine, _ = set_up_as_stated(with_powers(machine), source)
+    machine = machine if machine.has_powers else with_powers(machine)
+    machine, _ = set_up_as_stated(machine, source)
     machine, reading, assumed = _assumed(machine, Reading.of(given))
     tools = _tools(given.tool)
     parts, faults, standings = [], list[FiveAxisError](), list[Standing]()
     each = operation_readings(source, machine, reading)
     for number, (operation, own) in enumerate(each):
-        progress("reading the program", number, len(each))
+        given.progress("reading and verifying the program", number, len(each))
         try:
             priced = price_program(source, machine, Pricing.of(own))
         except FiveAxisError as fault:

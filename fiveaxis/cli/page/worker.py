@@ -15,7 +15,6 @@ import threading
 import time
 import traceback
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -26,14 +25,12 @@ from fiveaxis.base import (
     Infeasible,
     Meter,
     ProgressReport,
-    Reading,
     group_findings,
 )
 from fiveaxis.job import (
     Job,
     Outcome,
     RevisedProgram,
-    load_surroundings,
     look,
     make_job,
     read_job,
@@ -99,18 +96,10 @@ def seen(ask: Ask, teller: Teller) -> dict[str, Any]:
     own = _given(ask, "tool", "tool_length")
     told = look(path, machine, progress=teller.meter, **own, **reading)
     teller.send(seen=told.as_dict() | {"totals": _totals(each.energy for each in told.operations)})
-    drives = None if machine.has_powers else "estimated"
-    job = make_job(input=path, machine=str(_machine_of(ask)), drives=drives, program=reading, **own)
-    each = [
-        replace(Reading.of(job.reading), operation=one.facts.operation.number)
-        for one in told.operations
-        if one.energy is not None
-    ]
     shown, why = None, ""
     try:
-        whole = show_program(job, each, teller.meter)
-        around = replace(load_surroundings(job), blank=None)
-        write_preview(whole, folder / AS_IT_IS, surroundings=around, findings=whole.findings)
+        whole = show_program(path, told.machine, tool=own.get("tool"), progress=teller.meter, **reading)
+        write_preview(whole, folder / AS_IT_IS)
         shown = AS_IT_IS
     except FiveAxisError as fault:
         why = str(fault)
