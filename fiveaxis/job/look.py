@@ -220,7 +220,7 @@ def look(program: str | Path, machine: str | Path | Machine, given: Looking) -> 
     stands: tuple[Finding, ...] = ()
     if first is not None:
         its_own = replace(reading, operation=facts[first].operation.number)
-        powered, stands = _standing(source, powered, its_own, cutters[first])
+        powered, stands = standing(source, powered, its_own, cutters[first])
     found = []
     for number, (each, stays) in enumerate(zip(facts, stay, strict=True)):
         given.progress("timing operations", number, len(facts))
@@ -236,10 +236,19 @@ def look(program: str | Path, machine: str | Path | Machine, given: Looking) -> 
     return ProgramLook(source.name, powered, tuple(found), missing, tuple(assumed))
 
 
-def _standing(
-    source: Source, machine: Machine, reading: Looking, cutter: str | None
+def standing(
+    source: Source, machine: Machine, reading: Reading, cutter: str | None
 ) -> tuple[Machine, tuple[Finding, ...]]:
-    """Place the part as `place` does for a program under TCP; a cutter that nobody knows is a small ball."""
+    """Place the part as `place` does for a program under TCP; a cutter that nobody knows is a small ball.
+
+    Parameters
+    ----------
+    reading : of its first operation under TCP that turns the tool
+
+    Returns
+    -------
+    The machine, and what is said of it
+    """
     there, told = set_up_as_stated(machine, source)
     if there.setup.stated or reading.zero:
         return there, told

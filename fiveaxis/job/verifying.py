@@ -28,6 +28,7 @@ from fiveaxis.check import (
     Tolerances,
     check_program,
 )
+from fiveaxis.job.look import standing
 from fiveaxis.job.program_costs import Pricing, price_program
 from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.model import (
@@ -43,8 +44,10 @@ from fiveaxis.model import (
 )
 from fiveaxis.nc import (
     RAPID,
+    ProgramReading,
     ProgramSettings,
     kind_of,
+    list_operations,
     load_source,
     operation_readings,
     set_up_as_stated,
@@ -197,8 +200,14 @@ def show_operations(
             "run and shown by `fiveaxis preview`"
         )
     machine = machine if machine.has_powers else with_powers(machine)
-    machine, _ = set_up_as_stated(machine, source)
     machine, reading, assumed = _assumed(machine, Reading.of(given))
+    listed = list_operations(source, ProgramReading.of(replace(reading, operation=None), machine=machine))
+    turning = next((o.number for o in listed if o.kind == "simultaneous" and o.tcp), None)
+    if turning is None:
+        machine, _ = set_up_as_stated(machine, source)
+    else:
+        machine, told = standing(source, machine, replace(reading, operation=turning), None)
+        assumed += [finding.message for finding in told if finding.code == "part-placed"]
     tools = _tools(given.tool)
     parts, faults, standings = [], list[FiveAxisError](), list[Standing]()
     each = operation_readings(source, machine, reading)
@@ -225,10 +234,10 @@ def show_operations(
         parts.append(ShownOperation(motion, priced.energy, name, tool, (*report.findings, *others)))
     if not parts:
         raise faults[0]
-    standing = max(standings, key=lambda each: each.height, default=None)
+    table = max(standings, key=lambda each: each.height, default=None)
     # Nothing is cut here.
     around = replace(around, blank=None)
-    return WholeProgram.of(source.name, machine, source.lines, parts, around, standing, tuple(assumed))
+    return WholeProgram.of(source.name, machine, source.lines, parts, around, table, tuple(assumed))
 
 
 def _tools(given: Tool | str | None) -> dict[str, Tool]:

@@ -83,11 +83,20 @@ def test_words_of_axes_from_a_zero_that_nobody_states_are_shown_on_the_part(writ
     machine = load_machine("dmu50ev")
     shown = fx.show_program(write(FACE, FINISH), machine)
     assert any("words of the axes count from the part's zero" in sentence for sentence in shown.assumed)
-    tip, _ = machine.forward(shown.side.motion.positions)
+    tip, _ = shown.machine.forward(shown.side.motion.positions)
     face = np.isin(shown.side.line, [9, 10])
     np.testing.assert_allclose(tip[face], [[40, 0, 0], [40, 0, 50]], atol=1e-9)
     first = np.flatnonzero(shown.side.line == 15)[0]
     np.testing.assert_allclose(tip[first], [30, 0, 2], atol=1e-9)
+
+
+def test_it_has_the_place_time_and_energy_that_look_has(write):
+    program = write(FACE, DRILL, FINISH)
+    shown, told = fx.show_program(program, MACHINE), fx.look(program, MACHINE)
+    assert shown.machine.setup == told.machine.setup
+    assert any("part placed at" in sentence for sentence in shown.assumed)
+    assert shown.side.time == pytest.approx(sum(each.energy.time for each in told.operations))
+    assert shown.side.energy == pytest.approx(sum(each.energy.total for each in told.operations))
 
 
 def test_what_verification_finds_is_at_the_row_of_its_line(write):
