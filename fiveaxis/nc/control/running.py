@@ -8,7 +8,6 @@ from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
@@ -50,19 +49,9 @@ SAME = 1e-6
 MOST_SAMPLED = 20_000
 
 
-class Run(NamedTuple):
-    """A run that is kept, for the next operation of the same program."""
-
-    source: Source
-    machine: Machine
-    options: ReadOptions
-    stand_in: bool
-    interpreter: Interpreter
-
-
 # Listing, pricing and verifying a program's operations each reads the whole of it; with block delete in both
 # positions it runs in two ways. Runs of more lines than this aren't kept, for their memory.
-_KEPT: deque[Run] = deque(maxlen=2)
+_KEPT: deque[tuple[Source, Machine, ReadOptions, bool, Interpreter]] = deque(maxlen=2)
 MOST_KEPT = 100_000
 
 
@@ -102,17 +91,13 @@ def run_program(
     # Of one operation only what is around it is left out; which one, and its cutter, change no row.
     around = options.around or options.number is not None
     same = replace(options, operation=None, tool=None, stand_in=None, around=around)
-    for run in tuple(_KEPT):  # another thread may keep one meanwhile
-        if (
-            run.source is source
-            and run.machine is machine
-            and (run.options, run.stand_in) == (same, stand_in)
-        ):
-            return _for_operation(run.interpreter)
+    for of, on, by, placeholder, kept in tuple(_KEPT):  # another thread may keep one meanwhile
+        if of is source and on is machine and (by, placeholder) == (same, stand_in):
+            return _for_operation(kept)
     found = read(options)
     note_skipped(found, options, read)
     if len(source.lines) <= MOST_KEPT:
-        _KEPT.append(Run(source, machine, same, stand_in, found))
+        _KEPT.append((source, machine, same, stand_in, found))
     return _for_operation(found)
 
 
