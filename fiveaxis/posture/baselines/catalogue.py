@@ -27,6 +27,7 @@ from fiveaxis.base import (
 )
 from fiveaxis.model import (
     ON_LIMIT,
+    TURN,
     Machine,
     TiltBounds,
     Toolpath,
@@ -293,7 +294,6 @@ def greedy(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, anchor: Array
         np.array(machine.rotary_columns),
         plus,
         minus,
-        np.ascontiguousarray(anchor),
         follow(toolpath, machine, anchor).positions,
         _offsets(COARSE),
         _offsets(FINE),
@@ -307,7 +307,6 @@ def walk(
     columns: IntArray,
     plus: Array,
     minus: Array,
-    anchor: Array,
     anchored: Array,
     coarse: Array,
     fine: Array,
@@ -319,28 +318,34 @@ def walk(
     limits : (2, k), mm and rad
     columns : (2,), of the rotary axes, chain order
     plus, minus : (n, k), J/mm and J/rad, of the move into each location
-    anchor, anchored : (n, 2) rad and (n, k), a path that is admissible everywhere
+    anchored : (n, k), mm and rad, a path that is admissible everywhere; brought near by whole turns
     coarse, fine : (m, 2), rad, offsets
 
     Returns
     -------
     (n, 2), rad
     """
-    rotary, here, there = anchor.copy(), anchored[0].copy(), anchored[0].copy()
+    rotary, here, there = anchored[:, columns], anchored[0].copy(), anchored[0].copy()
     count, axes, around = max(len(coarse), len(fine)), len(here), np.empty(2)
     rows, tried = np.empty(count, dtype=np.int64), np.empty((count, 2))
     positions, excess = np.empty((count, axes)), np.empty(count)
-    for i in range(1, len(anchor)):
+    for i in range(1, len(anchored)):
         around[0], around[1] = here[columns[0]], here[columns[1]]
         to_anchor = 0.0
+        for c in columns:
+            # The anchor may be whole turns away.
+            near = anchored[i, c] - TURN * np.round((anchored[i, c] - here[c]) / TURN)
+            if limits[0, c] <= near <= limits[1, c]:
+                anchored[i, c] = near
         for a in range(axes):
             step = anchored[i, a] - here[a]
             to_anchor += plus[i, a] * step if step > 0.0 else -minus[i, a] * step
         for offsets in (coarse, fine):
             # The anchor's posture where no offset is admissible, or none cheaper.
-            rotary[i, 0], rotary[i, 1], least, moved = anchor[i, 0], anchor[i, 1], to_anchor, False
+            least, moved = to_anchor, False
             for a in range(axes):
                 there[a] = anchored[i, a]
+            rotary[i, 0], rotary[i, 1] = there[columns[0]], there[columns[1]]
             for m in range(len(offsets)):
                 rows[m] = i
                 tried[m, 0], tried[m, 1] = around[0] + offsets[m, 0], around[1] + offsets[m, 1]

@@ -29,6 +29,8 @@ ITERATIONS = 3
 # stays near it, and either may end in the better optimum; long paths use only the first.
 BARRIERS = (25.0, 2.5)
 LONG = 5000
+# From outside the bounds: first barrier parameter and price of a violation, for a J/rad of the dearer axis.
+LEEWAY, STEEPEST = 3e-4, 1000.0
 UNSOLVED = "Maximum_Iterations_Exceeded"
 # J/rad² and J/s²: a step of 1e-6 rad, the error that the last barrier may leave, gives a tenth of a J/rad.
 SPRING = 1e5
@@ -105,11 +107,13 @@ def refine(
             tried.append(minimise(rows, x, iterations=most, barrier=first, last=last))
             if near and (tried[-1].solved or _choose(problem, tried[-1].rotary, start) is not start):
                 break
-    if solver == STRUCTURED and not near and not any(found.solved for found in tried):
-        tried.append(_minimise_from_outside(problem, x, held, iterations, barrier))
     kept = start
     for found in tried:
         kept = _choose(problem, found.rotary, kept)
+    unsolved = solver == STRUCTURED and not any(found.solved for found in tried)
+    if unsolved and (not near or problem.violation(kept) > ALLOWED):
+        tried.append(_minimise_from_outside(problem, x, held, iterations, barrier))
+        kept = _choose(problem, tried[-1].rotary, kept)
     return Refinement(
         kept,
         problem.cost(problem.positions(slice(None), kept)),
@@ -122,9 +126,14 @@ def _minimise_from_outside(
     problem: Problem, x: Array, held: tuple[bool, bool], iterations: int, barrier: float
 ) -> LocalOptimum:
     """Bring unknowns, (n, d), within bounds that first have a price: outside the filter may stall."""
-    most = ITERATIONS * iterations
-    elastic = build_rows(problem, held, elastic=VIOLATION_PRICE)
-    led = minimise(elastic, x, iterations=most, barrier=BARRIERS[0] * barrier)
+    most, rotary = ITERATIONS * iterations, problem.machine.rotary_columns
+    dearest = float(np.median(np.maximum(problem.plus, problem.minus)[:, rotary], axis=0).max())
+    # Else a bound that is dear to keep is left broken, or the path stays on the wrong side of it.
+    elastic = build_rows(problem, held, elastic=max(VIOLATION_PRICE, STEEPEST * dearest))
+    first = BARRIERS[0] * max(barrier, LEEWAY * dearest)
+    led = minimise(elastic, x, iterations=most, barrier=first)
+    if problem.violation(led.rotary) <= ALLOWED:
+        return led
     rows = build_rows(problem, held)
     found = minimise(rows, led.x, iterations=most, barrier=BARRIERS[-1] * barrier)
     return replace(found, iterations=led.iterations + found.iterations)

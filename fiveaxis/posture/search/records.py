@@ -98,9 +98,9 @@ class Cells(NamedTuple):
 
     Parameters
     ----------
-    level : column of the costliest linear axis
+    level : column of the costliest other axis
     spin : the rotary axis with the wider range, 0 or 1 in chain order
-    level_step, spin_step : mm and rad
+    level_step, spin_step : mm or rad, and rad
     around : cells of a turn of the spin axis; 0 for an axis with limits
     phase : rad, where cells of the spin axis begin
     """

@@ -65,6 +65,8 @@ from fiveaxis.posture.terms import location_tapes
 
 # A rotary axis with no more turns than this is searched over its whole range, including its ends.
 MOST_TURNS = 2
+# mm: a rotary axis has cells as wide as the linear ones' at this distance from its centre.
+LEVER = 100.0
 # Share of the largest turn that a move takes which turns as far as allowed.
 FULL = 1.0 - 1e-4
 # rad by which states stay inside the bounds on the lean: between them the tool leans a little otherwise.
@@ -127,7 +129,8 @@ class Resolution:
 
     Parameters
     ----------
-    level, spin : mm and rad, cells of the costliest linear axis and of the rotary axis with the wider range
+    level, spin : mm and rad, cells of the costliest axis, which may be the other rotary one (`LEVER`), and of
+        the rotary axis with the wider range
     states : most of each location
     radius : rad, that the axis with the smaller range may be away from a known path, the other twice as far
     start : s, of the power of a moving axis that its start or reversal costs
@@ -216,13 +219,17 @@ def _cheapest_path(
     n, machine = len(problem), problem.machine
     linear, rotary = machine.linear_columns, machine.rotary_columns
     spin = int(np.argmax(machine.high[rotary] - machine.low[rotary]))
-    dear = costs.standing if costs.standing.any() else costs.slope
-    level = linear[int(np.argmax(dear[..., linear].sum(axis=(0, 1))))]
+    # Of the axes beside the spin axis, the one for which a cell of travel costs most.
+    beside = [*linear, rotary[1 - spin]]
+    sizes = resolution.level / np.array([1.0] * len(linear) + [LEVER])
+    dear = costs.standing[..., beside] if costs.standing.any() else costs.slope[..., beside] * sizes
+    costliest = int(np.argmax(dear.sum(axis=(0, 1))))
+    level, height = beside[costliest], float(sizes[costliest])
     endless = not np.isfinite(machine.high[rotary[spin]] - machine.low[rotary[spin]])
     around = round(TURN / resolution.spin) if endless else 0
     step, phase = (TURN / around, _phase(problem, spin)) if around else (resolution.spin, 0.0)
     # Samples begin at the phase, where rounding mustn't decide which cell is theirs.
-    cells = Cells(level, spin, resolution.level, step, around, phase - BESIDE_END * step if around else 0.0)
+    cells = Cells(level, spin, height, step, around, phase - BESIDE_END * step if around else 0.0)
     locations = _locations(problem, cone_limit)
     if known is None:
         path, radius = np.empty((0, 2)), np.full(2, np.inf)
@@ -533,15 +540,17 @@ def _moves(problem: Problem, cells: Cells) -> Array:
     linear, rotary, level = machine.linear_columns, machine.rotary_columns, cells.level
     spin = rotary[cells.spin]
     hold = {column: (column, 0.0, 0.0, -1.0) for column in range(axes)}
-    pairs = [*combinations(linear, 2), *((level, r) for r in rotary), tuple(rotary)]
+    pairs = [*combinations(linear, 2), *((level, r) for r in rotary if level in linear), tuple(rotary)]
     moves = [(hold[a], hold[b]) for a, b in pairs]
     moves += [(hold[level], (spin, way * cells.spin_step, 0.0, -1.0)) for way in (-1.0, 1.0)]
     for number in range(len(problem.bounds)):
         ends = [(axes + number, 0.0, 0.0, end) for end in (0.0, 1.0)]
-        moves += [(hold[a], end) for a in (*linear, spin) for end in ends]
+        moves += [(hold[a], end) for a in dict.fromkeys((*linear, level, spin)) for end in ends]
     if np.isfinite(problem.max_turn[problem.strict]).any():
         far = [(r, 0.0, way * FULL, -1.0) for r in rotary for way in (-1.0, 1.0)]
-        moves += [(turn, hold[held]) for turn in far for held in (level, *rotary) if held != turn[0]]
+        moves += [
+            (turn, hold[held]) for turn in far for held in dict.fromkeys((level, *rotary)) if held != turn[0]
+        ]
     return np.array(moves)
 
 

@@ -100,6 +100,10 @@ def _least(
     axes = tool_axes(solution.machine, angles)
     # Most of the grid leans too far; linear axes are solved for the rest only.
     row, first, second = np.nonzero(tilt_holds(solution, locations, axes))
+    if not len(row):
+        # A range of the lean that is narrower than the grid.
+        none = np.zeros((len(locations), len(grid[0])), dtype=bool)
+        return np.full(none.shape, np.nan), none
     rotary = angles[first, second]
     paid, allowed = _evaluate(solution, solution.toolpath.at(locations[row]), axes[first, second], rotary)
     row, first, rotary, paid = row[allowed], first[allowed], rotary[allowed], paid[allowed]

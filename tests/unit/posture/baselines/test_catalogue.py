@@ -13,6 +13,7 @@ from fiveaxis.posture.baselines.catalogue import (
     as_programmed,
     feed_directions,
     find_baselines,
+    greedy,
     leaned,
     single_posture,
 )
@@ -52,6 +53,20 @@ def test_greedy_moves_cost_no_more_than_standing_still(hayashi):
     moved = found["greedy"].energy
     assert moved.total <= 20.0 * 34.55 * 0.06 + 1e-6
     assert found["fixed"].energy.travel <= 20.0 * 34.55 * 0.06 + 1e-6
+
+
+def test_greedy_doesnt_unwind_where_it_returns_to_a_path_that_is_whole_turns_away(hayashi):
+    turn = np.linspace(0.0, 2.0 * np.pi, 60)
+    normal = np.stack([np.sin(turn), np.cos(turn), np.full(60, 0.2)], axis=1)
+    path = Toolpath.from_contacts(20.0 * normal, normal, Tool.ball(6))
+    bounds = tilt_bounds(path, (0, 3))
+    anchor = along_normal(path, hayashi, bounds)
+    spin = int(np.argmax(np.ptp(anchor, axis=0)))
+    away = anchor.copy()
+    away[20:, spin] += 2.0 * np.pi
+    walked = greedy(path, hayashi, bounds, away)
+    assert np.abs(np.diff(walked, axis=0)).max() < np.pi
+    np.testing.assert_array_equal(walked, greedy(path, hayashi, bounds, anchor))
 
 
 def test_a_single_posture_is_found_where_one_exists(hayashi):

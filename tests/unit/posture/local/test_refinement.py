@@ -10,7 +10,7 @@ from support.ring_path import ring
 
 from fiveaxis.base.errors import SettingError
 from fiveaxis.model import Tool, Toolpath, load_machine
-from fiveaxis.posture.baselines.catalogue import lead_lean
+from fiveaxis.posture.baselines.catalogue import along_normal, lead_lean
 from fiveaxis.posture.local.optima import refine
 from fiveaxis.posture.problem import ALLOWED, Problem
 
@@ -66,6 +66,24 @@ def test_refining_lowers_the_cost_and_stays_within_all_bounds(problem, start, so
 def test_the_nlp_never_ends_above_its_start(problem, start, iterations):
     found = refine(problem, start, iterations=iterations, barrier=1e-1)
     assert found.cost <= cost(problem, start)
+    assert problem.violation(found.rotary) <= ALLOWED
+
+
+@pytest.mark.parametrize("dearer", [1.0, 10.0, 30.0])
+def test_a_path_that_leaves_its_bounds_between_sparse_postures_is_brought_back(hayashi, dearer):
+    count, lean = 300, (0, 6)
+    u = np.linspace(0.0, 6.0, count)
+    normal = np.stack([0.3 * np.sin(5.0 * u), 0.25 * np.cos(7.0 * u), np.ones(count)], axis=1)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    contact = np.stack([20.0 * np.cos(u), 20.0 * np.sin(u), np.zeros(count)], axis=1)
+    path = Toolpath.from_contacts(contact, normal, Tool.ball(2))
+    problem = Problem.build(path, hayashi, tilt_bounds(path, lean))
+    dear = np.where(np.isin(np.arange(5), hayashi.rotary_columns), dearer, 1.0)
+    problem = replace(problem, plus=dear * problem.plus, minus=dear * problem.minus)
+    along, rows = along_normal(path, hayashi, tilt_bounds(path, lean)), np.arange(0, count, 12)
+    sparse = np.stack([np.interp(np.arange(count), rows, angle[rows]) for angle in along.T], axis=1)
+    assert problem.violation(sparse) > 0.01
+    found = refine(problem, sparse, iterations=25, barrier=1e-2, near=True)
     assert problem.violation(found.rotary) <= ALLOWED
 
 

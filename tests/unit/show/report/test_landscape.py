@@ -54,6 +54,13 @@ def test_the_admissible_region_keeps_the_limits_of_the_linear_axes(solution: Opt
     assert not np.any(bound.admissible & ~free.admissible)
 
 
+def test_a_range_of_the_lean_that_is_narrower_than_the_grid_has_an_empty_map(solution: Optimum) -> None:
+    narrow = TiltBounds(solution.tilt.reference, 0.0, 1e-6, "normal")
+    shown = posture_map(replace(solution, tilt=narrow))
+    assert np.isnan(shown.cost).all()
+    assert not shown.colliding.any()
+
+
 def test_a_link_allows_every_tilt(solution: Optimum) -> None:
     reference = np.full_like(solution.tilt.reference, np.nan)
     free = replace(solution, tilt=TiltBounds(reference, 0.0, 1.0, "normal"))
