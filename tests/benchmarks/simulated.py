@@ -7,11 +7,12 @@ Impeller and boat are LinuxCNC's demonstration programs with their own postures,
 axes along 40 mm, square and curve have no turns. Each is written for LinuxCNC by this package without ways in
 and out, and run in real time with each path-control word in place of G61. Predictions are those of a table of
 the control with that word's corners. Counted from the first block of the cut to the end of the last one.
-Needs linuxcnc-uspace.
+The first line says which version was run, and whose planner is predicted. Needs linuxcnc-uspace.
 """
 
 import argparse
 import re
+import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -78,6 +79,12 @@ def compare(name: str, motion: Motion, mode: Coordinates, words: list[str]) -> N
         )
 
 
+def installed_version() -> str:
+    """Ask Debian's package for its version."""
+    asked = ["dpkg-query", "-W", "-f", "${Version}", "linuxcnc-uspace"]
+    return subprocess.run(asked, check=True, capture_output=True, text=True).stdout
+
+
 def square() -> Motion:
     """Go around a square of 20 mm, without turns."""
     corners = np.array([[0, 0], [20, 0], [20, 20], [0, 20], [0, 0]], dtype=float)
@@ -95,6 +102,10 @@ def main() -> None:
     given = parser.parse_args()
     rows = slice(*map(int, given.rows.split(":")))
     words = [word.strip() for word in given.words.split(",")]
+    planner, run = LINUXCNC.planner, installed_version()
+    print(f"run: linuxcnc-uspace {run}; predicted: the planner of {planner.version}")
+    if not run.startswith(planner.version):
+        print("\n".join(f"{version}: {what}" for version, what in planner.later.items()))
     print(f"{'program':10} {'words':5} {'corners':10} {'feed, s':>10} {'predicted':>10} {'simulated':>10}")
     for name in given.names:
         made = {"wave": lambda: wave(turning=True), "curve": lambda: wave(turning=False, count=1001)}

@@ -223,6 +223,21 @@ class ArcBounds(StrictModel):
     source: str = ""
 
 
+class Planner(StrictModel):
+    """Whose planner the times of a control's clock are those of: other versions take other times.
+
+    Parameters
+    ----------
+    version : of the control; empty where times don't hang on it
+    later : what later versions do otherwise, by the version
+    source : what says so
+    """
+
+    version: str = ""
+    later: dict[str, str] = Field(default_factory=dict)
+    source: str = ""
+
+
 class Arithmetic(StrictModel):
     """What expressions are where controls differ; what nobody says has no value.
 

@@ -25,6 +25,7 @@ from fiveaxis.nc.writing.table_parts import (
     Mode,
     Modulo,
     Numbers,
+    Planner,
     ReadingRules,
     Reset,
     Unit,
@@ -72,6 +73,7 @@ class Dialect(StrictModel):
         G64 (`predicted_time`), or the tolerance in mm; None where it depends on the machine's settings
     blend : mm, by which blended moves may pass a corner, as in G64 P; 0 where nothing but speed counts
     cycle : s, of the control's clock; a move from rest to rest takes whole cycles
+    planner : the version whose times these are
     limited : what the axes' highest speeds and accelerations apply to under TCP control: ``axes``, or the
         program's ``words``
     after_tcp : blocks after TCP has been switched off, which reset what it may leave on
@@ -121,6 +123,7 @@ class Dialect(StrictModel):
     corners: Annotated[float, Field(ge=0.0)] | Literal["exact-path", "blended"] | None = None
     blend: float = Field(0.0, ge=0.0)
     cycle: float = Field(0.0, ge=0.0)
+    planner: Planner = Planner()
     limited: Literal["axes", "words"] = "axes"
     after_tcp: Lines = ()
     machine_move: str = ""
