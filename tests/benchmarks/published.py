@@ -1,7 +1,7 @@
 """Hold results against those that others printed: travel on printed layers, times on test curves, energy.
 
 Usage: python tests/benchmarks/published.py [zhang] [times] [energy] [bound] [--effort quick]
-           [--page]    write the tables of docs/pages/research/published.md
+           [--page]    write the tables of docs/pages/research, published.md and results.md
 
 Paths and the authors' figures are read from ../shared/data/published, whose README has their sources.
 Travel is that of both rotary axes; lean is counted from the printed tool axis, at the given locations. Times
@@ -29,7 +29,9 @@ from fiveaxis.model.machine.drives import DirectionalDrive
 from fiveaxis.posture import bound_travel
 
 FOLDER = DATA / "published"
-PAGE = ROOT / "docs/pages/research/published.md"
+PAGES = ROOT / "docs/pages/research"
+# The page of each table.
+PAGE = {"zhang": "results.md", "times": "published.md", "energy": "published.md", "bound": "published.md"}
 # Where a table of the page stands.
 PLACE = r"(?<=<!-- {0} -->\n).*?(?=<!-- end of {0} -->)"
 # Layers of Zhang et al. (RA-L 2021), each with the largest lean of the authors' own postures, deg.
@@ -232,10 +234,10 @@ def energy_table() -> Iterator[str]:
     yield f"| {said} | −{form_shaping.SAVED:.0f} % | −{saved:.1f} % |"
 
 
-def least_travel(path: fx.Toolpath, machine: fx.Machine, found: fx.Solution, letters: str) -> float:
+def least_travel(found: fx.Solution, letters: str) -> float:
     """Bound the travel of some axes from below, whatever the others do; mm or rad."""
-    priced = (replace(axis, drive=UNIT if axis.letter in letters else NOTHING) for axis in machine.axes)
-    return bound_travel(path, replace(machine, axes=tuple(priced)), found.tilt).total
+    axes = (replace(axis, drive=UNIT if axis.letter in letters else NOTHING) for axis in found.machine.axes)
+    return bound_travel(found.toolpath, replace(found.machine, axes=tuple(axes)), found.tilt).total
 
 
 def least_time(travel: float, axis: Axis) -> float:
@@ -251,17 +253,15 @@ def bound_table(effort: str) -> Iterator[str]:
     yield "| path | cone, deg | least | found | by |"
     yield "|---|---|---|---|---|"
     for name, cone in LAYERS.items():
-        path, machine = layer(name)
         found = searched(name, cone, effort)
-        least = np.degrees(least_travel(path, machine, found, "BC"))
-        yield f"| {name} | {cone:g} | {least:.0f} deg | {ours(found, path).degrees:.0f} deg | B + C |"
+        least, travel = np.degrees(least_travel(found, "BC")), ours(found, layer(name)[0]).degrees
+        yield f"| {name} | {cone:g} | {least:.0f} deg | {travel:.0f} deg | B + C |"
     for name, curve in curves().items():
         path, machine = made(curve)
         for cone in CONES:
             found = fx.optimise(path, machine, cone=cone, objective="time", effort=effort)
             seconds = {
-                axis.letter: least_time(least_travel(path, machine, found, axis.letter), axis)
-                for axis in machine.axes
+                axis.letter: least_time(least_travel(found, axis.letter), axis) for axis in machine.axes
             }
             letter = max(seconds, key=seconds.__getitem__)
             yield f"| {name} | {cone:g} | {seconds[letter]:.2f} s | {found.energy.time:.2f} s | {letter} |"
@@ -288,9 +288,10 @@ def main() -> None:
             lines.append(line)
         print(flush=True)
         if given.page:
-            text, table = PAGE.read_text(encoding="utf-8"), "\n".join(lines)
+            page = PAGES / PAGE[name]
+            text, table = page.read_text(encoding="utf-8"), "\n".join(lines)
             filled = re.sub(PLACE.format(name), lambda _, table=table: f"{table}\n", text, flags=re.DOTALL)
-            PAGE.write_text(filled, encoding="utf-8")
+            page.write_text(filled, encoding="utf-8")
 
 
 if __name__ == "__main__":
