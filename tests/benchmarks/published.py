@@ -156,28 +156,25 @@ class Curve:
     file, machine : of the folder
     feed : mm/min
     jerk : by axis, mm/s³ and rad/s³
-    printed : what the paper prints
     """
 
     file: str
     machine: str
     feed: float
     jerk: dict[str, float]
-    printed: str
 
 
 def curves() -> dict[str, Curve]:
-    """Read what is printed."""
+    """Read the jerks that are printed."""
     said = json.loads((FOLDER / "expected_time_laws.json").read_text(encoding="utf-8"))
     jcde, ijms = said["jcde2022"], said["ijms2021_fan"]
     jerk = dict.fromkeys("XYZ", jcde["jerk"]["XYZ_mm_s3"])
     jerk |= {letter: jcde["jerk"][f"{letter}_rad_s3"] for letter in "AC"}
     fan = {letter: ijms["jerk"][letter] for letter in "XYZ"}
     fan |= {letter: float(np.radians(ijms["jerk"][f"{letter}_deg_s3"])) for letter in "AC"}
-    times = ", ".join(f"{name} {seconds:g} s" for name, seconds in jcde["printed_s"].items())
     return {
-        "JCDE 2022": Curve("jcde2022.csv", "jcde.toml", 6000.0, jerk, times),
-        "IJMS 2021": Curve("ijms2021_fan_spline301.csv", "ijms.toml", 30_000.0, fan, "none of it"),
+        "JCDE 2022": Curve("jcde2022.csv", "jcde.toml", 6000.0, jerk),
+        "IJMS 2021": Curve("ijms2021_fan_spline301.csv", "ijms.toml", 30_000.0, fan),
     }
 
 
@@ -213,13 +210,12 @@ def time_table(effort: str) -> Iterator[str]:
     """Print least times."""
     columns = ["as printed, no jerk", "found by no jerk, no jerk"]
     columns += ["as printed, jerk", "found by no jerk, jerk", "found by jerk, jerk"] if CAN_JERK else []
-    yield f"| curve | cone, deg | {' | '.join(f'{column}, s' for column in columns)} | printed there |"
-    yield f"|---|---|{'---|' * len(columns)}---|"
+    yield f"| curve, cone | {' | '.join(f'{column}, s' for column in columns)} |"
+    yield f"|---|{'---|' * len(columns)}"
     for name, curve in curves().items():
         for cone in CONES:
             found = times(curve, cone, effort)
-            cells = " | ".join(f"{found[column]:.2f}" for column in columns)
-            yield f"| {name} | {cone:g} | {cells} | {curve.printed} |"
+            yield f"| {name}, {cone:g} deg | {' | '.join(f'{found[column]:.2f}' for column in columns)} |"
 
 
 def energy_table() -> Iterator[str]:
@@ -250,12 +246,12 @@ def least_time(travel: float, axis: Axis) -> float:
 
 def bound_table(effort: str) -> Iterator[str]:
     """Print certified bounds: of both rotary axes' travel on layers, of the time on curves by single axes."""
-    yield "| path | cone, deg | least | found | by |"
-    yield "|---|---|---|---|---|"
+    yield "| path, cone | least | found | by |"
+    yield "|---|---|---|---|"
     for name, cone in LAYERS.items():
         found = searched(name, cone, effort)
         least, travel = np.degrees(least_travel(found, "BC")), ours(found, layer(name)[0]).degrees
-        yield f"| {name} | {cone:g} | {least:.0f} deg | {travel:.0f} deg | B + C |"
+        yield f"| {name}, {cone:g} deg | {least:.0f} deg | {travel:.0f} deg | B + C |"
     for name, curve in curves().items():
         path, machine = made(curve)
         for cone in CONES:
@@ -264,7 +260,7 @@ def bound_table(effort: str) -> Iterator[str]:
                 axis.letter: least_time(least_travel(found, axis.letter), axis) for axis in machine.axes
             }
             letter = max(seconds, key=seconds.__getitem__)
-            yield f"| {name} | {cone:g} | {seconds[letter]:.2f} s | {found.energy.time:.2f} s | {letter} |"
+            yield f"| {name}, {cone:g} deg | {seconds[letter]:.2f} s | {found.energy.time:.2f} s | {letter} |"
 
 
 def main() -> None:
