@@ -88,7 +88,7 @@ def left_of(bound: float, results: list[Result]) -> str:
     kept = [r["travel"] for r in results if r["method"] != BOUND and r.get("violations") == {}]
     if not kept:
         return ""
-    return f"the lowest travel metric could be at most {100.0 * (1.0 - bound / min(kept)):.1f} % lower"
+    return f"at most {100.0 * (1.0 - bound / min(kept)):.1f} % of the lowest travel metric left"
 
 
 def table_of(results: list[Result]) -> str:
