@@ -105,7 +105,7 @@ def main() -> None:
     planner, run = LINUXCNC.planner, installed_version()
     print(f"run: linuxcnc-uspace {run}; predicted: the planner of {planner.version}")
     if not run.startswith(planner.version):
-        print("\n".join(f"{version}: {what}" for version, what in planner.later.items()))
+        print("\n".join(planner.later))
     print(f"{'program':10} {'words':5} {'corners':10} {'feed, s':>10} {'predicted':>10} {'simulated':>10}")
     for name in given.names:
         made = {"wave": lambda: wave(turning=True), "curve": lambda: wave(turning=False, count=1001)}

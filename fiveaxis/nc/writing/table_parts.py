@@ -229,12 +229,12 @@ class Planner(StrictModel):
     Parameters
     ----------
     version : of the control; empty where times don't hang on it
-    later : what later versions do otherwise, by the version
+    later : what later versions do otherwise
     source : what says so
     """
 
     version: str = ""
-    later: dict[str, str] = Field(default_factory=dict)
+    later: Lines = ()
     source: str = ""
 
 
