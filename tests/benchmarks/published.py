@@ -6,7 +6,7 @@ Usage: python tests/benchmarks/published.py [zhang] [times] [energy] [bound] [--
 Paths and the authors' figures are read from ../shared/data/published, whose README has their sources.
 Travel is that of both rotary axes; lean is counted from the printed tool axis, at the given locations. Times
 are those of a program in axis words, with corners passed within 5 µm; those with jerk are printed where an
-axis of a machine can have one. `bound` takes minutes.
+axis of a machine can have one. `zhang` and `bound` take some ten minutes each.
 """
 
 from __future__ import annotations
