@@ -84,7 +84,7 @@ class Axis:
     letter : X Y Z A B C
     limits : mm or rad
     drive : model of its power, None where unknown
-    max_speed, max_acceleration : mm/s, rad/s and per second; None where unknown
+    max_speed, max_acceleration, max_jerk : mm/s, mm/s², mm/s³ or in rad; None where unknown
     reversed : the control counts this axis in the opposite direction; its sign changes where NC is read and
         written. None where nobody knows: it then counts as False where that does no harm (`unknown_figures`)
     moved_mass : kg that the axis moves, without workpiece and fixture; None where unknown
@@ -98,6 +98,7 @@ class Axis:
     drive: Drive | None = None
     max_speed: float | None = None
     max_acceleration: float | None = None
+    max_jerk: float | None = None
     reversed: bool | None = False
     moved_mass: float | None = None
     mass_centre: tuple[float, float, float] | None = None

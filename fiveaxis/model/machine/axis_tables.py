@@ -202,7 +202,7 @@ def _units_of(model: type[Figure], letter: str) -> list[str]:
 
 
 class RateTable(Figure):
-    """A figure of the axis per second, or second squared; its ranges are those of both kinds of axes."""
+    """A figure of the axis per second, squared or cubed; its ranges are those of both kinds of axes."""
 
     value: float
     unit: str
@@ -220,7 +220,8 @@ class RateTable(Figure):
     @classmethod
     def _table(cls, value: float, letter: str) -> Table:
         rotary = letter in ROTARY
-        unit = f"{'deg' if rotary else 'mm'}/{'s' if cls.field == 'max_speed' else 's2'}"
+        power = {"max_speed": "", "max_acceleration": "2", "max_jerk": "3"}[cls.field]
+        unit = f"{'deg' if rotary else 'mm'}/s{power}"
         return {"value": neat(math.degrees(value) if rotary else value), "unit": unit}
 
     def _magnitude(self, key: str, letter: str) -> float | None:
@@ -262,6 +263,20 @@ class AccelerationTable(RateTable):
     unit: Literal["m/s2", "mm/s2", "inch/s2", "deg/s2", "rad/s2"] = Field(
         description="unit of the acceleration"
     )
+
+
+@Question("jerks", Stage.MOTION, "highest jerk", ("m/s3", "deg/s3"), "X=50,A=5000", again=True)
+class JerkTable(RateTable):
+    """Highest jerk of the axis, of a control that limits it."""
+
+    field = "max_jerk"
+    plausible: ClassVar = {
+        "linear": Plausible("max_jerk", 10.0, 5_000_000.0, "mm/s3", "m/s3"),
+        "rotary": Plausible("max_jerk", 10.0, 50_000_000.0, "deg/s3", "rad/s3"),
+    }
+
+    value: float = Field(gt=0.0, description="highest jerk of the axis")
+    unit: Literal["m/s3", "mm/s3", "inch/s3", "deg/s3", "rad/s3"] = Field(description="unit of the jerk")
 
 
 @Question(
@@ -347,6 +362,7 @@ class AxisTable(StrictModel):
     drive: DriveTable | None = Field(None, description="Power of the drive of the axis.")
     max_speed: SpeedTable | None = None
     max_acceleration: AccelerationTable | None = None
+    max_jerk: JerkTable | None = None
     moved_mass: MassTable | None = None
     motor: MotorTable | None = None
     carries: Literal["workpiece", "tool"] | None = Field(None, description="checked against the code")

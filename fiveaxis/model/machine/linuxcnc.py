@@ -193,6 +193,7 @@ def _axis_table(source: Source, letter: str, sections: list[str]) -> Table:
     for key, figure, per in (
         ("MAX_VELOCITY", "max_speed", "s"),
         ("MAX_ACCELERATION", "max_acceleration", "s2"),
+        ("MAX_JERK", "max_jerk", "s3"),
     ):
         tightest = min(_rates(source.ini, sections, key), key=lambda found: found[0], default=None)
         if tightest is not None:

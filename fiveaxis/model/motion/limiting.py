@@ -12,9 +12,10 @@ from fiveaxis.model.motion.motion import Motion
 from fiveaxis.model.motion.time_law import INSTANT, NO_MOVE, TimeLaw, levers
 from fiveaxis.model.motion.timing import axis_bounds
 
-# Columns of `Limiting.time`; each axis's speed and then each axis's acceleration follow.
+# Columns of `Limiting.time`; each axis's speed, then each axis's acceleration, then each axis's jerk follow.
 FEED, STOPS, DWELL, SHORT = range(4)
 OTHERS = ("feed", "stops", "dwell", "short blocks")
+RATES = ("speed", "acceleration", "jerk")
 # Share of an axis's highest speed from which on that is the limit, not the feed: words of feeds are rounded.
 AT_LIMIT = 0.99
 # mm/s: path speed of a standstill, for rounding.
@@ -27,8 +28,8 @@ class Limiting:
 
     ``feed``; ``stops``: speeding up from rest and braking to it, also for corners at which the path
     turns back, by more than 90°; ``C speed`` and so on: an axis at its highest speed; ``C acceleration``:
-    other changes of speed and direction; ``short blocks``: they end within a cycle of the control's clock;
-    ``dwell``.
+    other changes of speed and direction; ``C jerk``: changes of acceleration; ``short blocks``: they end
+    within a cycle of the control's clock; ``dwell``.
 
     Parameters
     ----------
@@ -42,14 +43,14 @@ class Limiting:
     @classmethod
     def of(cls, letters: str, rows: int, row: IntArray, cause: IntArray, time: Array) -> Limiting:
         """Add up pieces of time, (s,) s, each with its row and the column of its cause."""
-        spent = np.zeros((rows, len(OTHERS) + 2 * len(letters)))
+        spent = np.zeros((rows, len(OTHERS) + len(RATES) * len(letters)))
         np.add.at(spent, (row, cause), time)
         return cls(letters, spent)
 
     @property
     def causes(self) -> tuple[str, ...]:
         """The names of the causes, (c,)."""
-        axes = (f"{letter} {what}" for what in ("speed", "acceleration") for letter in self.letters)
+        axes = (f"{letter} {what}" for what in RATES for letter in self.letters)
         return (*OTHERS, *axes)
 
     @property
@@ -71,11 +72,12 @@ def law_limiting(law: TimeLaw) -> Limiting:
     pushes = len(OTHERS) + len(letters)
     own = law.feed_speed[samples.block]
     speeds = np.abs(samples.speed) / law.bounds.speed
-    used = np.zeros((len(own), pushes + len(letters)))
+    used = np.zeros((len(own), pushes + 2 * len(letters)))
     used[:, FEED] = np.nan_to_num(stations[1] / own) * (speeds.max(axis=1, initial=0.0) < AT_LIMIT)
     used[:, DWELL] = ~np.isfinite(own)
     used[:, len(OTHERS) : pushes] = speeds
-    used[:, pushes:] = np.abs(samples.acceleration) / law.bounds.acceleration
+    used[:, pushes : pushes + len(letters)] = np.abs(samples.acceleration) / law.bounds.acceleration
+    used[:, pushes + len(letters) :] = np.abs(law.jerk(samples.time)) / law.bounds.jerk
     cause = used.argmax(axis=1)
     pushed, sample, corner = cause >= pushes, np.arange(len(cause)), path.nearest(stations[0])
     back, along = np.zeros(len(path.corners), dtype=bool), path.directions * levers(letters)
@@ -84,7 +86,7 @@ def law_limiting(law: TimeLaw) -> Limiting:
     padded = np.pad(back, 1)
     beside = padded[:-2] | back | padded[2:]
     rest = np.stack([phases.path_speed, phases.end_path_speed])[:, sample // 2] <= REST
-    faster = phases.path_acceleration[sample // 2]
+    faster = phases.gain[sample // 2]
     ramps = (pushed & (faster > 0.0), pushed & (faster < 0.0))
     stops = [_touching(ramp, at | beside) for ramp, at in zip(ramps, rest, strict=True)]
     cause = np.where(stops[0] | stops[1] | back, STOPS, cause)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 
@@ -65,6 +66,11 @@ class Phases:
         """(p,), mm."""
         return self.station + (self.path_speed + 0.5 * self.path_acceleration * self.duration) * self.duration
 
+    @property
+    def gain(self) -> Array:
+        """(p,), mm/s, by which the path speed grows."""
+        return self.path_acceleration * self.duration
+
     def at(self, time: Array) -> tuple[Array, Array, Array]:
         """Compute station, path speed and path acceleration at times, (s,) s; at rest outside."""
         if len(self) == 0:
@@ -76,6 +82,9 @@ class Phases:
         station = self.station[phase] + (self.path_speed[phase] + 0.5 * path_acceleration * into) * into
         running = (time >= 0.0) & (time <= self.start[-1] + self.duration[-1])
         return station, np.where(running, path_speed, 0.0), np.where(running, path_acceleration, 0.0)
+
+
+PhasesT = TypeVar("PhasesT", bound=Phases)
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +123,7 @@ def run_phases(
     """
     if path.length == 0.0:
         none = np.zeros(0)
-        return _with_dwells(Phases(none, none, none, none, none.astype(np.int64)), station, dwelling)
+        return with_dwells(Phases(none, none, none, none, none.astype(np.int64)), station, dwelling)
     grid = _cut(path, station, path_speed, bounds)
     speeds = highest_speeds(
         path.directions,
@@ -125,7 +134,7 @@ def run_phases(
         grid.ceiling,
         bounds.acceleration,
     )
-    return _with_dwells(_phases(path, grid, speeds, bounds), station, dwelling)
+    return with_dwells(_phases(path, grid, speeds, bounds), station, dwelling)
 
 
 def _cut(path: RoundedPath, station: Array, path_speed: Array, bounds: AxisBounds) -> _Grid:
@@ -229,17 +238,14 @@ def _timed(grid: _Grid, pieces: Array, path_speeds: Array) -> Phases:
     return Phases(station[long], path_speed[long], path_acceleration[long], duration[long], block[long])
 
 
-def _with_dwells(phases: Phases, station: Array, dwelling: Array) -> Phases:
+def with_dwells(phases: PhasesT, station: Array, dwelling: Array) -> PhasesT:
     """Insert rests at the rows that have them."""
     rows = np.flatnonzero(dwelling)
     at = np.searchsorted(phases.station, station[rows] - ONE_NODE)
-    return Phases(
-        station=np.insert(phases.station, at, station[rows]),
-        path_speed=np.insert(phases.path_speed, at, 0.0),
-        path_acceleration=np.insert(phases.path_acceleration, at, 0.0),
-        duration=np.insert(phases.duration, at, dwelling[rows]),
-        block=np.insert(phases.block, at, rows),
-    )
+    rests = {"station": station[rows], "duration": dwelling[rows], "block": rows}
+    columns = {field.name: getattr(phases, field.name) for field in fields(phases)}
+    inserted = {name: np.insert(column, at, rests.get(name, 0.0), axis=0) for name, column in columns.items()}
+    return replace(phases, **inserted)
 
 
 @compiled

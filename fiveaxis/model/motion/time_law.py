@@ -1,4 +1,4 @@
-"""The fastest timing of a motion within feed, axis speeds and axis accelerations."""
+"""The fastest timing of a motion within feed, and the axes' speeds, accelerations and jerks."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from numpy.typing import ArrayLike
 
 from fiveaxis.base import Array, BoolArray, IntArray, MachineError, SettingError, ToolpathError
 from fiveaxis.model.machine.model import Machine
+from fiveaxis.model.motion.jerk_law import SmoothPhases, run_with_jerk
 from fiveaxis.model.motion.motion import Motion
-from fiveaxis.model.motion.phases import Phases, run_phases
+from fiveaxis.model.motion.phases import Phases, run_phases, with_dwells
 from fiveaxis.model.motion.rounding import RoundedPath, round_corners
+from fiveaxis.model.motion.smoothing import SMOOTH, SmoothPath, smooth_corners
 from fiveaxis.model.motion.timing import STANDSTILL, AxisBounds, axis_bounds
 from fiveaxis.model.toolpath.dividing import part_places
 
-# mm: a corner whose widest rounding passes it within this is a point of a sampled curve.
-SMOOTH = 0.01
 # mm per rad: lever for deviations of rotary axes, about a cutter's radius.
 LEVER = 10.0
 # A dwell is a row in which no axis moves by more (mm, rad) and that takes longer (s).
@@ -52,7 +52,7 @@ class Samples:
 
 @dataclass(frozen=True, eq=False)
 class TimeLaw:
-    """A motion in time: station along its path, in phases of constant second derivative.
+    """A motion in time: station along its path, in phases of constant second derivative, or smooth ones.
 
     Parameters
     ----------
@@ -106,6 +106,15 @@ class TimeLaw:
         )
         return position, speed, acceleration
 
+    def jerk(self, time: Array) -> Array:
+        """Compute the axes' jerk at times, (s, k), mm and rad per s³; 0 where none limits the motion."""
+        if not (isinstance(self.path, SmoothPath) and isinstance(self.phases, SmoothPhases)):
+            return np.zeros((len(time), len(self.motion.letters)))
+        station, *rates = self.phases.derivatives(time)
+        u1, u2, u3 = (rate[:, None] for rate in rates)
+        _, slope, bend, third = self.path.derivatives(station)
+        return slope * u3 + 3.0 * bend * u1 * u2 + third * u1**3
+
     @cached_property
     def samples(self) -> Samples:
         """Two samples in every phase, for integrals of a power P(v, a) over time."""
@@ -150,15 +159,16 @@ def time_motion(
 
     which for one A in all directions and a turn by δ is ``u̇² = 2 ε A / sin²(δ/2)``. Along the path the
     squared path speed is found by reachability analysis (`highest_speeds`). Bounds hold all along the rounded
-    path to within rounding (1e-6); jerk isn't bounded. The motion starts and ends at rest and rests in
-    dwells.
+    path to within rounding (1e-6). Where an axis has a highest jerk and one a highest acceleration, the path
+    gets a continuous second derivative (`smooth_corners`), and its quickest run (`run_with_jerk`) keeps all
+    bounds. The motion starts and ends at rest and rests in dwells.
 
     Parameters
     ----------
     motion : n rows with their times at the programmed feed, as from `follow`; the motion of another time law
         would be slowed down twice
-    machine : highest speeds and accelerations; an unstated one sets no bound, and without any acceleration
-        the times are those of `block_times`
+    machine : highest speeds, accelerations and jerks; an unstated one sets no bound, and without any
+        acceleration the times are those of `block_times`
     corners : ``exact-stop`` stops at every real corner; a number is the tolerance in mm to pass it; (n,)
         bools are the rows with a stop, corner or not, and all others are parts of curves
     smooth : mm, a corner whose widest rounding passes it within this is part of a curve, not a real one;
@@ -197,7 +207,14 @@ def time_motion(
     )
     path_speed = _feed_speeds(station, np.where(dwells, 0.0, motion.time))
     dwelling = np.where(dwells, motion.time, 0.0)
-    phases = run_phases(path, station, path_speed, dwelling, bounds)
+    if bounds.limits_jerk and path.length > 0.0:
+        known = run_phases(path, station, path_speed, np.zeros(len(motion)), bounds)
+        path = smooth_corners(path, levers(motion.letters, lever), tolerance=tolerance, smooth=smooth)
+        phases: Phases = with_dwells(
+            run_with_jerk(path, station, path_speed, known, bounds), station, dwelling
+        )
+    else:
+        phases = run_phases(path, station, path_speed, dwelling, bounds)
     times = np.zeros(len(motion))
     np.add.at(times, phases.block, phases.duration)
     return TimeLaw(replace(motion, time=times), path, phases, path_speed, bounds)

@@ -21,21 +21,28 @@ LEAST_OF_PIVOT = 0.5
 
 @dataclass(frozen=True, eq=False)
 class AxisBounds:
-    """Highest speed and acceleration of every axis; infinite if the machine states none.
+    """Highest speed, acceleration and jerk of every axis; infinite if the machine states none.
 
     Parameters
     ----------
     speed : (k,), mm/s and rad/s
     acceleration : (k,), mm/s² and rad/s²
+    jerk : (k,), mm/s³ and rad/s³
     """
 
     speed: Array
     acceleration: Array
+    jerk: Array
 
     @property
     def accelerates_at_once(self) -> bool:
         """Whether no axis has a highest acceleration."""
         return bool(np.isinf(self.acceleration).all())
+
+    @property
+    def limits_jerk(self) -> bool:
+        """Whether an axis has a highest jerk, and one a highest acceleration."""
+        return bool(np.isfinite(self.jerk).any()) and not self.accelerates_at_once
 
 
 def axis_bounds(machine: Machine) -> AxisBounds:
@@ -47,7 +54,7 @@ def axis_bounds(machine: Machine) -> AxisBounds:
         A bound that isn't a positive number.
     """
     bounds = {}
-    for name, unit in (("max_speed", "s"), ("max_acceleration", "s²")):
+    for name, unit in (("max_speed", "s"), ("max_acceleration", "s²"), ("max_jerk", "s³")):
         values = [getattr(axis, name) for axis in machine.axes]
         for axis, value in zip(machine.axes, values, strict=True):
             if value is not None and not value > 0.0:
@@ -56,7 +63,7 @@ def axis_bounds(machine: Machine) -> AxisBounds:
                     f"{axis.unit}/{unit}; it must be above 0"
                 )
         bounds[name] = np.array([np.inf if value is None else value for value in values])
-    return AxisBounds(bounds["max_speed"], bounds["max_acceleration"])
+    return AxisBounds(*bounds.values())
 
 
 def axis_times(machine: Machine, moves: Array) -> Array:

@@ -1,0 +1,409 @@
+"""The quickest run along a smooth path within speeds, accelerations and jerks.
+
+Between two stops the path gets a parameter r that counts intervals of about equal times under a known law:
+first that without jerk, then a rough one with it. The station is a smooth function of r, and at a stop
+proportional to r³ at first, as under a constant jerk: so ``ṙ`` hardly changes, and nothing is singular.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields, replace
+from itertools import pairwise
+
+import numpy as np
+from scipy.ndimage import maximum_filter1d
+
+from fiveaxis.base import Array, IntArray
+from fiveaxis.model.motion.jerk_barrier import (
+    CHECKED,
+    END,
+    LIMITED,
+    SHARES,
+    PointLimits,
+    centre,
+    largest_shares,
+    merit,
+    spline_basis,
+)
+from fiveaxis.model.motion.phases import BRIEFEST, ONE_NODE, Phases
+from fiveaxis.model.motion.smoothing import SmoothPath
+from fiveaxis.model.motion.timing import AxisBounds
+
+# Intervals in the shortest time in which an axis' jerk takes it to its acceleration, of either run.
+PER_RAMP = (4.0, 8.0)
+# Fewest intervals of a run; most for each row, beside so many; in an arm of a corner; at a stop, as a lead.
+FEWEST, MOST_PER_ROW, MOST, PER_ARM, LEAD = 64, 2, 400, 6.0, 12
+# A path speed that changes by less than this share in an interval is a cruise, with few intervals.
+STEADY = 1e-3
+# By how much an interval may be longer than its neighbour; over how many, and how often, that is smoothed.
+GROWTH, SMOOTHED, PASSES = 0.08, 5, 4
+# Weight of the barrier as a share of the time, at first and at last, in either run; by what factor it falls;
+# Newton decrement, as a share of it, up to which a point is at the centre.
+WEIGHTS, FALLING, CENTRED = ((0.06, 0.01), (0.004, 5e-4)), 0.25, 0.3
+# Highest ṙ², in intervals per time that one takes about: where nothing else is a bound.
+FASTEST = 100.0
+# Share of a limit near which it is; share of its room that tightening takes; most tightening.
+NEAR, ROOM, TIGHTEST = 0.8, 0.98, 2.0
+# Factor by which a run may be slowed down; attempts at it; power of an excess by which limits are tightened
+# for the next; over how many intervals on both sides.
+GOAL, ATTEMPTS, OVER, BESIDE = 1.002, 3, 1.5, 2
+# Places of a phase at which its limits are checked.
+PLACES = 8
+# Gauss points of an interval from 0 to 1, for integrals, and their weights.
+POINTS, SIZES = 0.5 * np.array(np.polynomial.legendre.leggauss(4)) + [[0.5], [0.0]]
+# Most steps to the time at a row; s, the error.
+MOST_STEPS, TIME_ERROR = 60, 1e-13
+
+
+@dataclass(frozen=True, eq=False)
+class SmoothPhases(Phases):
+    """Intervals of time in which the station is a polynomial of the fifth degree.
+
+    Parameters
+    ----------
+    higher : (p, 3), its coefficients of the third to fifth power of the time since the start
+    """
+
+    higher: Array
+
+    @property
+    def end_path_speed(self) -> Array:
+        """(p,), mm/s."""
+        return np.maximum(self.within(np.arange(len(self)), self.duration)[1], 0.0)
+
+    @property
+    def end_station(self) -> Array:
+        """(p,), mm."""
+        return self.within(np.arange(len(self)), self.duration)[0]
+
+    def within(self, phase: IntArray, t: Array) -> Array:
+        """Compute the station and three derivatives in phases, at times since their starts, (4, s)."""
+        c0, c1, c2 = self.station[phase], self.path_speed[phase], 0.5 * self.path_acceleration[phase]
+        c3, c4, c5 = self.higher[phase].T
+        return np.stack(
+            [
+                c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5)))),
+                c1 + t * (2.0 * c2 + t * (3.0 * c3 + t * (4.0 * c4 + t * 5.0 * c5))),
+                2.0 * c2 + t * (6.0 * c3 + t * (12.0 * c4 + t * 20.0 * c5)),
+                6.0 * c3 + t * (24.0 * c4 + t * 60.0 * c5),
+            ]
+        )
+
+    def derivatives(self, time: Array) -> Array:
+        """Compute the station and three derivatives at times, (4, s); at rest outside."""
+        phase = np.clip(np.searchsorted(self.start, time, side="right") - 1, 0, None)
+        found = self.within(phase, np.clip(time - self.start[phase], 0.0, self.duration[phase]))
+        found[1:, (time < 0.0) | (time > self.start[-1] + self.duration[-1])] = 0.0
+        return found
+
+    def at(self, time: Array) -> tuple[Array, Array, Array]:
+        """Compute station, path speed and path acceleration at times, as `Phases.at`."""
+        station, path_speed, path_acceleration, _ = self.derivatives(time)
+        return station, path_speed, path_acceleration
+
+    @property
+    def gain(self) -> Array:
+        """(p,), mm/s, by which the path speed grows."""
+        return self.end_path_speed - self.path_speed
+
+    def slowed(self, factor: float) -> SmoothPhases:
+        """Take so many times as long."""
+        return replace(
+            self,
+            path_speed=self.path_speed / factor,
+            path_acceleration=self.path_acceleration / factor**2,
+            duration=self.duration * factor,
+            higher=self.higher / factor ** np.array([3.0, 4.0, 5.0]),
+        )
+
+    def cut(self, rows: Array) -> SmoothPhases:
+        """Divide phases at the stations of rows, (n,) mm; each then lies in the block of one row."""
+        node = np.append(self.station, self.end_station[-1:])
+        inner = np.unique(rows[(rows > node[0] + ONE_NODE) & (rows < node[-1] - ONE_NODE)])
+        phase = np.clip(np.searchsorted(node, inner, side="right") - 1, 0, len(self) - 1)
+        low, high = np.zeros(len(phase)), self.duration[phase].copy()
+        t = high * (inner - node[phase]) / np.diff(node)[phase]
+        for _ in range(MOST_STEPS):
+            station, path_speed, _, _ = self.within(phase, t)
+            over = station > inner
+            low, high = np.where(over, low, t), np.where(over, t, high)
+            better = t - (station - inner) / np.maximum(path_speed, BRIEFEST)
+            better = np.where((better > low) & (better < high), better, 0.5 * (low + high))
+            moved, t = np.abs(better - t).max(initial=0.0), better
+            if moved < TIME_ERROR:
+                break
+        owner = np.append(np.arange(len(self)), phase)
+        begin = np.append(np.zeros(len(self)), t)
+        order = np.lexsort((begin, owner))
+        owner, begin = owner[order], begin[order]
+        end = np.where(np.diff(owner, append=-1) == 0, np.append(begin[1:], 0.0), self.duration[owner])
+        long = end - begin > BRIEFEST
+        owner, begin, end = owner[long], begin[long], end[long]
+        station, path_speed, path_acceleration, path_jerk = self.within(owner, begin)
+        c4 = self.higher[owner, 1] + 5.0 * self.higher[owner, 2] * begin
+        block = np.searchsorted(rows, self.within(owner, 0.5 * (begin + end))[0])
+        higher = np.stack([path_jerk / 6.0, c4, self.higher[owner, 2]], axis=1)
+        return SmoothPhases(station, path_speed, path_acceleration, end - begin, block, higher)
+
+
+@dataclass(frozen=True, eq=False)
+class _Course:
+    """The station as a function of r: ``w' = e s``, a spline s, and ``e = 6 p² − 8 p³ + 3 p⁴`` at both ends.
+
+    There p is r / LEAD or that from the end; at p = 1 ``e`` is 1, with two derivatives of 0.
+
+    Parameters
+    ----------
+    spline : (n + 3,), coefficients of s
+    node : (n + 1,), mm, station at whole r
+    """
+
+    spline: Array
+    node: Array
+
+    def __len__(self) -> int:
+        return len(self.spline) - 3
+
+    def slopes(self, r: Array) -> tuple[Array, Array, Array]:
+        """Return w', w'' and w'''."""
+        i = np.clip(r.astype(np.int64), 0, len(self) - 1)
+        coefficients = np.stack([self.spline[i + a] for a in range(4)], axis=1)
+        s, s1, s2 = (spline_basis(r - i) * coefficients).sum(axis=2)
+        p = np.minimum(np.minimum(r, len(self) - r) / LEAD, 1.0)
+        e = p * p * (6.0 - 8.0 * p + 3.0 * p * p)
+        e1 = np.where(2.0 * r < len(self), 12.0, -12.0) / LEAD * p * (1.0 - p) ** 2
+        e2 = 12.0 / LEAD**2 * (1.0 - p) * (1.0 - 3.0 * p)
+        return e * s, e1 * s + e * s1, e2 * s + 2.0 * e1 * s1 + e * s2
+
+    def at(self, r: Array) -> tuple[Array, Array, Array, Array]:
+        """Return w and three derivatives with respect to r."""
+        i = np.clip(r.astype(np.int64), 0, len(self) - 1)
+        return self.node[i] + self.over(i.astype(float), r - i), *self.slopes(r)
+
+    def over(self, r: Array, length: Array) -> Array:
+        """Integrate w' over a length from r on, within one interval."""
+        return length * sum(w * self.slopes(r + g * length)[0] for g, w in zip(POINTS, SIZES, strict=True))
+
+
+def run_with_jerk(
+    path: SmoothPath, station: Array, path_speed: Array, phases: Phases, bounds: AxisBounds
+) -> SmoothPhases:
+    """Compute the phases of the quickest run along a path within its bounds, jerk included.
+
+    Limits hold at all times: what is left of peaks between the points at which they are limits is taken off
+    by slowing the run down from stop to stop, which the time includes.
+
+    Parameters
+    ----------
+    path : of the axes
+    station, path_speed : (n,), of the rows, as `run_phases`
+    phases : of the same rows without the limits of jerk, nowhere at rest
+    bounds : of the axes
+    """
+    known = np.isfinite(bounds.jerk) & np.isfinite(bounds.acceleration)
+    total = float(phases.duration.sum())
+    ramp = (bounds.acceleration[known] / bounds.jerk[known]).min(initial=total)
+    shortest = total / (MOST + MOST_PER_ROW * len(station))
+    runner = _Runner(path, station, np.fmin(path_speed, np.inf), bounds)
+    stops = np.flatnonzero(path.arm == 0.0)
+    runs = []
+    for first, last in pairwise(stops.tolist()):
+        begin, end = np.searchsorted(phases.station, path.station[[first, last]] - ONE_NODE)
+        run: Phases = Phases(*(getattr(phases, field.name)[begin:end] for field in fields(Phases)))
+        for solve, parts in zip((runner.rough, runner.final), PER_RAMP, strict=True):
+            step = max(ramp / parts, shortest)
+            smooth = solve(_course(path, run, first, last, step), step)
+            run = smooth
+        runs.append(smooth.cut(station))
+    columns = ([getattr(run, field.name) for run in runs] for field in fields(SmoothPhases))
+    return SmoothPhases(*(np.concatenate(column) for column in columns))
+
+
+def _course(path: SmoothPath, phases: Phases, first: int, last: int, step: float) -> _Course:
+    """Divide the path from one corner with a stop to another into intervals.
+
+    Parameters
+    ----------
+    phases : of that part of the path under a known law
+    step : s, about the time of an interval
+    """
+    begin, end = path.station[first], path.station[last]
+    total = float(phases.duration.sum())
+    time = np.linspace(
+        0.0, total, min(max(math.ceil(2.0 * total / step), FEWEST), 4 * (MOST + len(path.station)))
+    )
+    time = np.union1d(time, phases.start - phases.start[0])
+    station, speed, acceleration = phases.at(time + phases.start[0])
+    # From and to rest a lead covers what the known law does in as many intervals.
+    early = min(LEAD * step, 0.5 * total)
+    covered = np.abs(phases.at(phases.start[0] + np.array([early, total - early]))[0] - [begin, end])
+    leads = covered / (0.6 * LEAD)
+    slowest = np.where(station - begin < end - station, *leads)
+    steady = np.abs(acceleration) * step < STEADY * speed
+    longest = np.where(steady, np.inf, np.maximum(speed * step, slowest))
+    inner = slice(first + 1, last)
+    arms = path.reach[np.searchsorted(path.place, path.station[inner])]
+    place = np.concatenate([[begin, end], station, path.station[inner]])
+    longest = np.concatenate([leads, longest, np.where(arms > 0.0, arms / PER_ARM, np.inf)])
+    order = np.argsort(place, kind="stable")
+    place, longest = place[order], np.minimum(longest[order], (end - begin) / FEWEST)
+    after = np.minimum.accumulate(longest - GROWTH * place) + GROWTH * place
+    before = np.minimum.accumulate((longest + GROWTH * place)[::-1])[::-1] - GROWTH * place
+    density = 1.0 / np.minimum(before, after)
+    count = np.append(0.0, np.cumsum(np.diff(place) * 0.5 * (density[1:] + density[:-1])))
+    steps = np.diff(
+        np.interp(np.linspace(0.0, count[-1], max(math.ceil(count[-1]), FEWEST) + 1), count, place)
+    )
+    # A lead covers 0.6 of what as many whole intervals would.
+    short = round(0.6 * LEAD)
+    ends = [np.full(LEAD, part.sum() / (0.6 * LEAD)) for part in (steps[:short], steps[-short:])]
+    steps = np.concatenate([ends[0], steps[short:-short], ends[1]])
+    window = np.ones(2 * SMOOTHED + 1) / (2 * SMOOTHED + 1)
+    for _ in range(PASSES):
+        steps = np.convolve(np.pad(steps, SMOOTHED, mode="edge"), window, "valid")
+    between = np.concatenate([steps[:1], steps[:1], 0.5 * (steps[1:] + steps[:-1]), steps[-1:], steps[-1:]])
+    whole = np.ones(len(steps))
+    lengths = _Course(between, steps).over(np.arange(len(steps), dtype=float), whole)
+    scale = (end - begin) / lengths.sum()
+    return _Course(between * scale, begin + np.append(0.0, np.cumsum(lengths * scale)))
+
+
+@dataclass(frozen=True, eq=False)
+class _Runner:
+    """Runs along a path; arguments as `run_with_jerk`."""
+
+    path: SmoothPath
+    station: Array
+    path_speed: Array
+    bounds: AxisBounds
+
+    def rough(self, course: _Course, step: float) -> SmoothPhases:
+        """Find about the quickest run from stop to stop; it may exceed limits here and there."""
+        c, _ = _quickest(self._limits(course, step, LIMITED), None, WEIGHTS[0])
+        return _timed(course, c, step)
+
+    def final(self, course: _Course, step: float) -> SmoothPhases:
+        """Find the quickest run from stop to stop that keeps all limits."""
+        limits, checked = self._limits(course, step, LIMITED), self._limits(course, step, CHECKED)
+        tight, found, inner = np.ones((len(course), 3)), [], None
+        while True:
+            c, inner = _quickest(_tightened(limits, tight), checked, WEIGHTS[1], inner)
+            phases = _timed(course, c, step)
+            shares = self._shares(phases)
+            excess = max(1.0, *(shares.max(axis=0) ** (1.0 / np.arange(1.0, 4.0))))
+            found.append(phases.slowed(excess))
+            if excess < GOAL or len(found) == ATTEMPTS:
+                return min(found, key=lambda run: float(run.duration.sum()))
+            over = np.maximum(shares, 1.0) ** OVER
+            tight *= maximum_filter1d(over, 2 * BESIDE + 1, axis=0, mode="nearest")
+
+    def _limits(self, course: _Course, step: float, shares: tuple[int, ...]) -> PointLimits:
+        """Return the limits at shares of each interval and at the last end, in units of time of a step."""
+        interval = np.append(np.repeat(np.arange(len(course)), len(shares)), len(course) - 1)
+        share = np.array((*(len(course) * shares), END))
+        w, w1, w2, w3 = course.at(interval + SHARES[share])
+        _, s1, s2, s3 = self.path.derivatives(w)
+        feed = w1 / self._feeds(w)
+        w1, w2, w3 = w1[:, None], w2[:, None], w3[:, None]
+        q1, q2, q3 = s1 * w1, s2 * w1**2 + s1 * w2, s3 * w1**3 + 3.0 * s2 * w1 * w2 + s1 * w3
+        slowest = np.maximum((np.abs(q1) / self.bounds.speed).max(axis=1), feed) / step
+        ceiling = 1.0 / np.maximum(slowest**2, 1.0 / FASTEST)
+        a, j = self.bounds.acceleration * step**2, self.bounds.jerk * step**3
+        return PointLimits(interval, share, ceiling, 0.5 * q1 / a, q2 / a, 0.5 * q1 / j, 1.5 * q2 / j, q3 / j)
+
+    def _feeds(self, station: Array) -> Array:
+        """Return the path speed at the feed, mm/s, at stations."""
+        return self.path_speed[np.minimum(np.searchsorted(self.station, station), len(self.station) - 1)]
+
+    def _shares(self, phases: SmoothPhases) -> Array:
+        """Find the largest shares of the limits in each phase, (p, 3): of speed, acceleration and jerk."""
+        phase, share = np.divmod(np.arange(len(phases) * PLACES), PLACES)
+        station, *rates = phases.within(phase, phases.duration[phase] * share / PLACES)
+        u1, u2, u3 = (rate[:, None] for rate in rates)
+        _, s1, s2, s3 = self.path.derivatives(station)
+        of_axes = np.stack(
+            [
+                s1 * u1 / self.bounds.speed,
+                (s1 * u2 + s2 * u1**2) / self.bounds.acceleration,
+                (s1 * u3 + 3.0 * s2 * u1 * u2 + s3 * u1**3) / self.bounds.jerk,
+            ]
+        )
+        shares = np.abs(of_axes).max(axis=2)
+        shares[0] = np.maximum(shares[0], rates[0] / self._feeds(station))
+        return shares.reshape(3, -1, PLACES).max(axis=2).T
+
+
+def _quickest(
+    limits: PointLimits, checked: PointLimits | None, weights: tuple[float, float], inner: Array | None = None
+) -> tuple[Array, Array]:
+    """Find the quickest run within limits.
+
+    Parameters
+    ----------
+    checked : more limits; where they are nearer than those beside them, these are tightened
+    weights : of the barrier as shares of the time, at first and at last
+    inner : (n + 3,), coefficients of x that exceed the limits little; None for none
+
+    Returns
+    -------
+    (n + 3,), the coefficients, and those at the first weight
+    """
+    n = int(limits.interval[-1]) + 1
+    if inner is None:
+        pushes, jerks = (np.abs(z).max(initial=BRIEFEST) for z in (limits.a2, limits.e3))
+        c = np.full(n + 3, 0.9 * min(limits.ceiling.min(), 1.0 / pushes, jerks ** (-2.0 / 3.0)))
+    else:
+        v, a, j = largest_shares(inner, limits).max(axis=0) / 0.9
+        c = inner / max(1.0, v**2, a, j ** (2.0 / 3.0))
+    tight, held, inner = np.ones((n, 3)), limits, None
+    time = merit(c, held, 0.0)
+    mu = weights[0] * time / (2 * n)
+    while True:
+        c = centre(c, held, mu, CENTRED * 2 * n * mu)
+        inner = c if inner is None else inner
+        time = merit(c, held, 0.0)
+        if mu * 2 * n < weights[1] * time:
+            return c, inner
+        mu *= FALLING
+        if checked is not None:
+            shares, own = largest_shares(c, checked), np.maximum(largest_shares(c, limits), BRIEFEST)
+            wanted = np.where(shares > NEAR, np.clip(shares / own, 1.0, TIGHTEST), 1.0)
+            wanted[:, 2] = maximum_filter1d(wanted[:, 2], 3, mode="nearest")
+            tight = np.minimum(wanted, np.maximum(tight, ROOM / own))
+            held = _tightened(limits, tight)
+
+
+def _tightened(limits: PointLimits, tight: Array) -> PointLimits:
+    """Divide limits by factors for speed, acceleration and jerk in each interval, (n, 3)."""
+    v, a, j = tight[limits.interval].T
+    a, j = a[:, None], j[:, None]
+    return limits._replace(
+        ceiling=limits.ceiling / v**2,
+        a1=limits.a1 * a,
+        a2=limits.a2 * a,
+        e1=limits.e1 * j,
+        e2=limits.e2 * j,
+        e3=limits.e3 * j,
+    )
+
+
+def _timed(course: _Course, c: Array, step: float) -> SmoothPhases:
+    """Return a phase for each interval, a polynomial with the station's two derivatives at both ends."""
+    n = len(course)
+    i, basis = np.arange(n), spline_basis(POINTS)[0]
+    x = sum(basis[:, a] * c[i + a, None] for a in range(4))
+    h = step * (SIZES / np.sqrt(x)).sum(axis=1)
+    node = np.append(c, 0.0)[np.arange(n + 1)[:, None] + np.arange(4)]
+    x, dx = ((spline_basis(np.zeros(1))[d, 0] * node).sum(axis=1) / step**2 for d in range(2))
+    w, w1, w2, _ = course.at(np.arange(n + 1.0))
+    u, v, a = w, w1 * np.sqrt(x), w2 * x + 0.5 * w1 * dx
+    v[[0, -1]] = a[[0, -1]] = 0.0
+    d = np.diff(u) - h * (v[:-1] + 0.5 * h * a[:-1])
+    e, f = h * (np.diff(v) - h * a[:-1]), 0.5 * h**2 * np.diff(a)
+    parts = (
+        (10.0 * d - 4.0 * e + f) / h**3,
+        (7.0 * e - 15.0 * d - 2.0 * f) / h**4,
+        (6.0 * d - 3.0 * e + f) / h**5,
+    )
+    return SmoothPhases(u[:-1], v[:-1], a[:-1], h, np.zeros(n, dtype=np.int64), np.stack(parts, axis=1))
