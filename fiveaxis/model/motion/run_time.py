@@ -56,6 +56,10 @@ class ControlTiming(Protocol):
         """Cycle of the control's clock, s."""
 
     @property
+    def jerk(self) -> str:
+        """What limits the axes' jerk; empty where nothing does."""
+
+    @property
     def limited(self) -> Literal["axes", "words"]:
         """What highest speeds and accelerations apply to under TCP control."""
 
@@ -125,6 +129,16 @@ class Clock:
         """Whether the linear axes' speed and acceleration limits apply to the tip's words instead."""
         return self.dialect is not None and self.coordinates != "axes" and self.dialect.limited == "words"
 
+    def too_short(self, machine: Machine) -> str:
+        """Say why times are lower bounds, since the control limits a jerk that the machine doesn't state."""
+        unknown = [axis.letter for axis in machine.axes if axis.max_jerk is None]
+        if self.dialect is None or not self.dialect.jerk or not unknown:
+            return ""
+        return (
+            f"{self.dialect.title} limits jerk ({self.dialect.jerk}), and machine {machine.name!r} states no "
+            f"max_jerk of {', '.join(unknown)}: times are lower bounds"
+        )
+
     def is_programmed(self, machine: Machine) -> bool:
         """Whether times are the programmed ones, since the machine states too few accelerations.
 
@@ -169,10 +183,9 @@ def predicted_time(
     Parameters
     ----------
     motion : a program read back, with the programmed times
-    machine : with highest speeds and accelerations. Without any acceleration, or with some unknown on a
-        control that plans in cycles, the programmed times are returned, but none below that of an axis at its
-        highest speed; else an axis whose acceleration isn't
-        known changes its speed at once
+    machine : with highest speeds, accelerations and jerks. Without any acceleration, or with some unknown on
+        a control that plans in cycles, the programmed times are returned, but none below that of an axis at
+        its highest speed; else an axis whose acceleration isn't known changes its speed at once
     dialect : the control's table, if it is known
     coordinates : of the program; under TCP control rows of one block share its source line
 
@@ -209,6 +222,7 @@ def predicted_time(
                 assumptions[-1] += (
                     f", since how control {dialect.name!r} takes them is a setting of the machine"
                 )
+        assumptions += filter(None, [clock.too_short(machine)])
         law = time_motion(blocks, machine, corners=PATH_TOLERANCE if corners is None else float(corners))
         times, limits = law.motion.time, partial(law_limiting, law)
 

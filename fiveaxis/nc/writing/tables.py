@@ -74,6 +74,7 @@ class Dialect(StrictModel):
     blend : mm, by which blended moves may pass a corner, as in G64 P; 0 where nothing but speed counts
     cycle : s, of the control's clock; a move from rest to rest takes whole cycles
     planner : the version whose times these are
+    jerk : what limits the axes' jerk; empty where nothing does
     limited : what the axes' highest speeds and accelerations apply to under TCP control: ``axes``, or the
         program's ``words``
     after_tcp : blocks after TCP has been switched off, which reset what it may leave on
@@ -124,6 +125,7 @@ class Dialect(StrictModel):
     blend: float = Field(0.0, ge=0.0)
     cycle: float = Field(0.0, ge=0.0)
     planner: Planner = Planner()
+    jerk: str = ""
     limited: Literal["axes", "words"] = "axes"
     after_tcp: Lines = ()
     machine_move: str = ""

@@ -149,9 +149,12 @@ def _facts(document: ReportDocument) -> str:
 def _time_caption(document: ReportDocument) -> str:
     """Say what the causes of the strips mean, and what isn't known."""
     if document.solution.energy.timing == "accelerations":
+        limited = any(axis.max_jerk is not None for axis in document.machine.axes)
+        jerk = "Jerk: changes of acceleration. " if limited else ""
         return (
             "Stops: speeding up from rest, braking to it, and turning back. Speed: an axis at its highest. "
-            "Acceleration: other changes of speed and direction. Feed: nothing else limits the speed; "
+            "Acceleration: other changes of speed and direction. "
+            f"{jerk}Feed: nothing else limits the speed; "
             f"{document.solution.clock.basis}."
         )
     return (

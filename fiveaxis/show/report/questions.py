@@ -223,6 +223,9 @@ def _steadiness(document: ReportDocument) -> Iterator[Detail]:
     yield Detail(
         "Steadiness", f"starts {number(energy.starts)}, reversals {number(energy.reversals)}{others}."
     )
+    short = document.solution.clock.too_short(document.machine)
+    if energy.timing == "accelerations" and short:
+        yield Detail("Assumed", f"{short}. State it, and changes of acceleration are charged.")
     if energy.timing == "accelerations" or not unknown:
         return
     yield Detail(

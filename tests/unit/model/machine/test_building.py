@@ -61,6 +61,7 @@ limits = { min = -20, max = 20.5, unit = "inch", source = "brochure", assumed = 
 drive = { model = "directional", plus = 0.031, minus = 0.029, unit = "W/(mm/min)", source = "measured" }
 max_speed = { value = 40, unit = "m/min", source = "brochure" }
 max_acceleration = { value = 4.5, unit = "m/s2", source = "brochure" }
+max_jerk = { value = 40, unit = "m/s3", source = "brochure" }
 moved_mass = { value = 315, unit = "kg", source = "brochure" }
 
 [axes.Y]
@@ -79,6 +80,7 @@ location_error = { offset = [0.012, 0, -0.003], tilt = [8, -3, 3], tilt_unit = "
 drive = { model = "directional", plus = 0.08483, minus = 0.05736, unit = "W/(deg/min)", source = "measured" }
 max_speed = { value = 25, unit = "rpm", source = "brochure" }
 max_acceleration = { value = 3, unit = "rad/s2", source = "brochure" }
+max_jerk = { value = 900, unit = "deg/s3", source = "brochure" }
 
 [axes.C]
 limits = { unit = "deg", assumed = true, note = "endless" }
@@ -317,12 +319,14 @@ NUMBERS = st.floats(-1e4, 1e4, allow_subnormal=False)
 )
 def test_any_limits_and_speeds_come_back_to_the_last_digits(tmp_path_factory, ends, speed):
     plain = Machine.from_code("640123")
-    axes = tuple(Axis(a.letter, Limits(*ends), max_speed=speed, max_acceleration=speed) for a in plain.axes)
+    rates = dict.fromkeys(("max_speed", "max_acceleration", "max_jerk"), speed)
+    axes = tuple(Axis(a.letter, Limits(*ends), **rates) for a in plain.axes)
     again = round_trip(replace(plain, axes=axes), tmp_path_factory.mktemp("any"))
     for axis in again.axes:
         assert axis.limits.low == pytest.approx(ends[0], rel=1e-14, abs=1e-300)
         assert axis.limits.high == pytest.approx(ends[1], rel=1e-14, abs=1e-300)
         assert math.isclose(axis.max_acceleration, speed, rel_tol=1e-14)
+        assert math.isclose(axis.max_jerk, speed, rel_tol=1e-14)
 
 
 DRIVES = {

@@ -129,9 +129,9 @@ def test_a_trunnion_is_read_with_its_points_of_rotation(tmp_path):
 
 
 def test_limits_of_axis_and_joint_both_hold(tmp_path):
-    x = read(tmp_path, TRUNNION).axis("X")
+    x = read(tmp_path, TRUNNION.replace("; no acceleration", "MAX_JERK = 4000")).axis("X")
     assert (x.limits.low, x.limits.high) == (-150.0, 210.0)
-    assert (x.max_speed, x.max_acceleration) == (20.0, 300.0)
+    assert (x.max_speed, x.max_acceleration, x.max_jerk) == (20.0, 300.0, 4000.0)
 
 
 def test_an_axis_that_counts_table_motion_is_reversed_and_its_limits_change_ends(tmp_path):

@@ -107,6 +107,21 @@ def test_a_control_with_unknown_corner_behaviour_is_assumed_to_pass_them_within_
     assert predicted.total == predicted_time(motion, TRUNNION).total
 
 
+def test_times_are_lower_bounds_where_the_control_limits_a_jerk_that_the_machine_does_not_state():
+    motion = motion_of(arc(41, 0.8))
+    lower = predicted_time(motion, TRUNNION, DIALECTS["sinumerik"])
+    assert "limits jerk (SOFT" in lower.assumed
+    assert lower.assumed.endswith("no max_jerk of X, Y, Z, A, C: times are lower bounds")
+    stated = replace(
+        TRUNNION, axes=tuple(replace(a, max_jerk=10.0 * a.max_acceleration) for a in TRUNNION.axes)
+    )
+    whole = predicted_time(motion, stated, DIALECTS["sinumerik"])
+    assert "jerk" not in whole.assumed
+    assert whole.total > lower.total
+    assert any(cause.endswith("jerk") for cause in whole.limiting.by_cause)
+    assert not DIALECTS["linuxcnc"].jerk
+
+
 def test_the_accelerations_that_are_known_count_where_others_are_not():
     """X and Y speed up as on the whole machine; what is unknown is said. LinuxCNC's planner needs all."""
     axes = (
