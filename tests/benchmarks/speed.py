@@ -15,6 +15,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+from scipy.interpolate import make_interp_spline
 
 import fiveaxis as fx
 from fiveaxis.cam import TriangleTree, load_mesh, path_quality
@@ -280,6 +281,18 @@ def time_setups() -> None:
     rate("setups of the vase, looked at roughly", 10, lambda: search_setups(task))
 
 
+def waving_blocks(n: int) -> Motion:
+    """Blocks of 0.3 mm on a random curve of all axes."""
+    steps = np.random.default_rng(0).normal(size=(n // 60, 5)) * [8.0, 8.0, 8.0, 0.1, 0.1]
+    points = np.cumsum(steps, axis=0)
+    lengths = np.linalg.norm(np.diff(points, axis=0) * [1.0, 1.0, 1.0, 10.0, 10.0], axis=1)
+    rows = make_interp_spline(np.append(0.0, np.cumsum(lengths)), points, 5)(
+        np.linspace(0.0, lengths.sum(), n)
+    )
+    times, none = np.append(0.0, np.full(n - 1, 1e-4)), np.zeros(n, dtype=np.int64)
+    return Motion("XYZAC", rows, np.full(n, 100.0), times, none, np.arange(n))
+
+
 def main() -> None:
     time_command("overhang", "optimise", str(ROOT / "examples" / "overhang" / "job.toml"))
     if sys.argv[1:] == ["first-run"]:
@@ -316,6 +329,11 @@ def main() -> None:
     time_optimiser(vase, hayashi)
     solution = fx.optimise(vase, hayashi, tilt=(15, 75))
     rate("time law, locations", 3600, lambda: time_motion(solution.motion, machine, corners=0.01))
+    jerky = tuple(replace(axis, max_jerk=10.0 * axis.max_acceleration) for axis in machine.axes)
+    limited = replace(machine, axes=jerky)
+    rate("time law with jerk, locations", 3600, lambda: time_motion(solution.motion, limited, corners=0.01))
+    waves = waving_blocks(20_000)
+    rate("time law with jerk, blocks of a curve", 20_000, lambda: time_motion(waves, limited, corners=0.005))
     angles = solution.motion.positions[:, hayashi.rotary_columns]
     # Every tenth location: rotary axes turn so far that blocks are inserted, some in the tool axis's plane.
     few = np.arange(0, 3600, 10)

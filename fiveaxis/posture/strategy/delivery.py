@@ -24,6 +24,7 @@ from fiveaxis.model import (
     Filling,
     TiltBounds,
     Toolpath,
+    axis_bounds,
     block_costs,
     feed_times,
     follow,
@@ -38,7 +39,7 @@ from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.search.successors import Resolution, sparse_rows, turning_rows, widened
 from fiveaxis.posture.solution import Optimum, SolverStep, program_energy, timed_energy
 from fiveaxis.posture.strategy.effort import resolution
-from fiveaxis.posture.strategy.fairing import faired
+from fiveaxis.posture.strategy.fairing import faired, within_turns
 from fiveaxis.posture.strategy.least_time import TIME_PRICE, by_time, from_rest_to_rest
 from fiveaxis.posture.strategy.near import Near
 from fiveaxis.posture.strategy.program_path import Breach, Delivered, Instance
@@ -114,7 +115,7 @@ class Delivery:
         locations, even if a baseline took its place
         """
         machine, columns = solution.machine, solution.machine.rotary_columns
-        best = self.run(solution.motion.positions[:, columns], everywhere=True)
+        best = self._quieter(self.run(solution.motion.positions[:, columns], everywhere=True))
         breach = best.breach
         energies, planes, missing = self._baselines(solution)
         others = dict(candidates)
@@ -124,7 +125,7 @@ class Delivery:
         for name, rotary in others.items():
             if self.admits(rotary):
                 before = len(self.stages)
-                best = min(best, self.run(rotary), key=rank)
+                best = min(best, self._quieter(self.run(rotary)), key=rank)
                 named = [replace(one, name=f"{one.name}, from {name}") for one in self.stages[before:]]
                 self.stages[before:] = named
         best = min([best, *self.faired(best)], key=rank)
@@ -274,13 +275,22 @@ class Delivery:
 
     def faired(self, program: Delivered) -> Iterator[Delivered]:
         """Price a program with smoother postures, where the control's clock is known."""
-        if self.options.clock.is_programmed(program.instance.problem.machine):
+        problem = program.instance.problem
+        if self.options.clock.is_programmed(problem.machine):
             return
         for farthest in FARTHEST:
-            rotary = faired(program.instance.problem, program.rotary, farthest)
+            rotary = faired(problem, program.rotary, farthest)
+            if axis_bounds(problem.machine).limits_jerk:
+                rotary = within_turns(problem, program.rotary, rotary)
             here = self._final(self.priced(rotary, program.instance))
             self.stages.append(SolverStep(FAIRING, self._status(here), 0, program.cost, here.cost))
             yield here
+
+    def _quieter(self, program: Delivered) -> Delivered:
+        """Return a program, or its best fairing where jerk is limited: only faired paths compare there."""
+        if not axis_bounds(program.instance.problem.machine).limits_jerk:
+            return program
+        return min([program, *self.faired(program)], key=rank)
 
     def _bare(self, program: Delivered) -> Delivered:
         """Leave out inserted locations: where the path is straight in between, no program needs them."""

@@ -11,12 +11,14 @@ import numpy as np
 from fiveaxis.base import Array, angle_between, normalise
 from fiveaxis.model import TURN, rotary_angles, tool_axes
 from fiveaxis.posture.local.kernel import solve_band
-from fiveaxis.posture.problem import Problem
+from fiveaxis.posture.problem import ALLOWED, Problem
 
 # Weight of a location that stays: an end, and one beside a move that doesn't cut.
 STAYS = 1e6
 # Halvings of the logarithm of the price of third differences, and its range.
 HALVINGS, LEAST, MOST = 20, -6.0, 8.0
+# Locations over which smoother postures begin beside a move that may not turn farther.
+GRADUALLY = 10.0
 # rad: how far inside of a bound on the lean a posture is put back.
 INSIDE = 1e-6
 
@@ -50,6 +52,17 @@ def faired(problem: Problem, rotary: Array, farthest: float) -> Array:
         else:
             high = middle
     return _put_back(problem, best)
+
+
+def within_turns(problem: Problem, rotary: Array, smoother: Array) -> Array:
+    """Go from a path's postures to smoother ones, (n, 2) rad, but not where moves would turn too far."""
+    share, row = np.ones(len(rotary)), np.arange(len(rotary))
+    while True:
+        found = rotary + share[:, None] * (smoother - rotary)
+        step = int(np.argmax(excess := problem.turn_excess(found)))
+        if excess[step] <= ALLOWED or share[step] + share[step + 1] == 0.0:
+            return found
+        share = np.minimum(share, np.maximum(np.abs(row - step - 0.5) - 0.5, 0.0) / GRADUALLY)
 
 
 def _smoothed(values: Array, weight: Array, price: float) -> Array:

@@ -9,7 +9,7 @@ from support.quick_optimiser import tilt_bounds
 from fiveaxis.base import angle_between
 from fiveaxis.model import Tool, Toolpath, rotary_angles, tool_axes
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.strategy.fairing import faired
+from fiveaxis.posture.strategy.fairing import faired, within_turns
 
 TILT = (10.0, 20.0)
 
@@ -51,6 +51,21 @@ def test_what_would_lean_too_far_is_put_back(rough):
     found = faired(problem, shaken, np.radians(0.05))
     lean = angle_between(tool_axes(problem.machine, found), narrow.reference)
     assert lean.max() <= np.radians(15.0)
+
+
+def test_smoother_postures_are_taken_but_where_moves_would_turn_too_far(rough):
+    problem, _, shaken = rough
+    # As if one move, in the middle, might turn no farther than it does.
+    most = np.array(np.broadcast_to(problem.max_turn, (len(shaken) - 1, 2)))
+    most[99] = np.abs(np.diff(shaken, axis=0))[99]
+    problem = type(problem)(**{**vars(problem), "max_turn": most})
+    turned = shaken + np.linspace(0.0, 0.1, 200)[:, None] * [0.0, np.sign(np.diff(shaken, axis=0)[99, 1])]
+    assert problem.turn_excess(turned).max() > 0.0
+    found = within_turns(problem, shaken, turned)
+    assert problem.turn_excess(found).max() == 0.0
+    np.testing.assert_array_equal(found[99:101], shaken[99:101])
+    np.testing.assert_array_equal(found[:80], turned[:80])
+    np.testing.assert_array_equal(within_turns(problem, shaken, shaken), shaken)
 
 
 def test_a_path_of_three_locations_stays(rough):
