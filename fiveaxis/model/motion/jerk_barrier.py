@@ -42,9 +42,8 @@ def spline_basis(t: Array) -> Array:
     return np.ascontiguousarray(stacked.transpose(0, 2, 1))
 
 
-# Shares of an interval: those at which there are limits, between which they are checked, and its end.
-SHARES = np.array([0.0, 0.5, 0.25, 0.75, 1.0])
-LIMITED, CHECKED, END = (0, 1), (2, 3), 4
+# Shares of an interval at which there are limits; the last of them only at the end of the path.
+SHARES = np.array([0.0, 0.5, 1.0])
 BASIS = spline_basis(SHARES)
 
 

@@ -16,9 +16,6 @@ from scipy.ndimage import maximum_filter1d
 
 from fiveaxis.base import Array, IntArray
 from fiveaxis.model.motion.jerk_barrier import (
-    CHECKED,
-    END,
-    LIMITED,
     SHARES,
     PointLimits,
     centre,
@@ -31,7 +28,7 @@ from fiveaxis.model.motion.smoothing import SmoothPath
 from fiveaxis.model.motion.timing import AxisBounds
 
 # Intervals in the shortest time in which an axis' jerk takes it to its acceleration, of either run.
-PER_RAMP = (4.0, 8.0)
+PER_RAMP = (4.0, 7.0)
 # Fewest intervals of a run; most for each row, beside so many; in an arm of a corner; at a stop, as a lead.
 FEWEST, MOST_PER_ROW, MOST, PER_ARM, LEAD = 64, 2, 400, 6.0, 12
 # A path speed that changes by less than this share in an interval is a cruise, with few intervals.
@@ -40,14 +37,12 @@ STEADY = 1e-3
 GROWTH, SMOOTHED, PASSES = 0.08, 5, 4
 # Weight of the barrier as a share of the time, at first and at last, in either run; by what factor it falls;
 # Newton decrement, as a share of it, up to which a point is at the centre.
-WEIGHTS, FALLING, CENTRED = ((0.06, 0.01), (0.004, 5e-4)), 0.25, 0.3
+WEIGHTS, FALLING, CENTRED = ((0.06, 0.01), (0.004, 1e-3)), 0.25, 0.3
 # Highest ṙ², in intervals per time that one takes about: where nothing else is a bound.
 FASTEST = 100.0
-# Share of a limit near which it is; share of its room that tightening takes; most tightening.
-NEAR, ROOM, TIGHTEST = 0.8, 0.98, 2.0
 # Factor by which a run may be slowed down; attempts at it; power of an excess by which limits are tightened
 # for the next; over how many intervals on both sides.
-GOAL, ATTEMPTS, OVER, BESIDE = 1.002, 3, 1.5, 2
+GOAL, ATTEMPTS, OVER, BESIDE = 1.002, 3, 2.0, 4
 # Places of a phase at which its limits are checked.
 PLACES = 8
 # Gauss points of an interval from 0 to 1, for integrals, and their weights.
@@ -280,15 +275,15 @@ class _Runner:
 
     def rough(self, course: _Course, step: float) -> SmoothPhases:
         """Find about the quickest run from stop to stop; it may exceed limits here and there."""
-        c, _ = _quickest(self._limits(course, step, LIMITED), None, WEIGHTS[0])
+        c, _ = _quickest(self._limits(course, step), WEIGHTS[0])
         return _timed(course, c, step)
 
     def final(self, course: _Course, step: float) -> SmoothPhases:
         """Find the quickest run from stop to stop that keeps all limits."""
-        limits, checked = self._limits(course, step, LIMITED), self._limits(course, step, CHECKED)
-        tight, found, inner = np.ones((len(course), 3)), [], None
+        limits, found = self._limits(course, step), []
+        tight, inner = np.ones((len(course), 3)), None
         while True:
-            c, inner = _quickest(_tightened(limits, tight), checked, WEIGHTS[1], inner)
+            c, inner = _quickest(_tightened(limits, tight), WEIGHTS[1], inner)
             phases = _timed(course, c, step)
             shares = self._shares(phases)
             excess = max(1.0, *(shares.max(axis=0) ** (1.0 / np.arange(1.0, 4.0))))
@@ -298,10 +293,11 @@ class _Runner:
             over = np.maximum(shares, 1.0) ** OVER
             tight *= maximum_filter1d(over, 2 * BESIDE + 1, axis=0, mode="nearest")
 
-    def _limits(self, course: _Course, step: float, shares: tuple[int, ...]) -> PointLimits:
-        """Return the limits at shares of each interval and at the last end, in units of time of a step."""
-        interval = np.append(np.repeat(np.arange(len(course)), len(shares)), len(course) - 1)
-        share = np.array((*(len(course) * shares), END))
+    def _limits(self, course: _Course, step: float) -> PointLimits:
+        """Return the limits at the ends and the middle of each interval, in units of time of a step."""
+        n = len(course)
+        interval = np.append(np.repeat(np.arange(n), 2), n - 1)
+        share = np.append(np.tile([0, 1], n), 2)
         w, w1, w2, w3 = course.at(interval + SHARES[share])
         _, s1, s2, s3 = self.path.derivatives(w)
         feed = w1 / self._feeds(w)
@@ -335,13 +331,12 @@ class _Runner:
 
 
 def _quickest(
-    limits: PointLimits, checked: PointLimits | None, weights: tuple[float, float], inner: Array | None = None
+    limits: PointLimits, weights: tuple[float, float], inner: Array | None = None
 ) -> tuple[Array, Array]:
     """Find the quickest run within limits.
 
     Parameters
     ----------
-    checked : more limits; where they are nearer than those beside them, these are tightened
     weights : of the barrier as shares of the time, at first and at last
     inner : (n + 3,), coefficients of x that exceed the limits little; None for none
 
@@ -356,22 +351,16 @@ def _quickest(
     else:
         v, a, j = largest_shares(inner, limits).max(axis=0) / 0.9
         c = inner / max(1.0, v**2, a, j ** (2.0 / 3.0))
-    tight, held, inner = np.ones((n, 3)), limits, None
-    time = merit(c, held, 0.0)
+    inner = None
+    time = merit(c, limits, 0.0)
     mu = weights[0] * time / (2 * n)
     while True:
-        c = centre(c, held, mu, CENTRED * 2 * n * mu)
+        c = centre(c, limits, mu, CENTRED * 2 * n * mu)
         inner = c if inner is None else inner
-        time = merit(c, held, 0.0)
+        time = merit(c, limits, 0.0)
         if mu * 2 * n < weights[1] * time:
             return c, inner
         mu *= FALLING
-        if checked is not None:
-            shares, own = largest_shares(c, checked), np.maximum(largest_shares(c, limits), BRIEFEST)
-            wanted = np.where(shares > NEAR, np.clip(shares / own, 1.0, TIGHTEST), 1.0)
-            wanted[:, 2] = maximum_filter1d(wanted[:, 2], 3, mode="nearest")
-            tight = np.minimum(wanted, np.maximum(tight, ROOM / own))
-            held = _tightened(limits, tight)
 
 
 def _tightened(limits: PointLimits, tight: Array) -> PointLimits:
