@@ -225,9 +225,7 @@ def _course(path: SmoothPath, phases: Phases, first: int, last: int, step: float
     """
     begin, end = path.station[first], path.station[last]
     total = float(phases.duration.sum())
-    time = np.linspace(
-        0.0, total, min(max(math.ceil(2.0 * total / step), FEWEST), 4 * (MOST + len(path.station)))
-    )
+    time = np.linspace(0.0, total, max(math.ceil(2.0 * total / step), FEWEST))
     time = np.union1d(time, phases.start - phases.start[0])
     station, speed, acceleration = phases.at(time + phases.start[0])
     # From and to rest a lead covers what the known law does in as many intervals.
@@ -238,7 +236,7 @@ def _course(path: SmoothPath, phases: Phases, first: int, last: int, step: float
     steady = np.abs(acceleration) * step < STEADY * speed
     longest = np.where(steady, np.inf, np.maximum(speed * step, slowest))
     inner = slice(first + 1, last)
-    arms = path.reach[np.searchsorted(path.place, path.station[inner])]
+    arms = path.reach[path.own[inner]]
     place = np.concatenate([[begin, end], station, path.station[inner]])
     longest = np.concatenate([leads, longest, np.where(arms > 0.0, arms / PER_ARM, np.inf)])
     order = np.argsort(place, kind="stable")

@@ -43,6 +43,7 @@ class SmoothPath(RoundedPath):
     place, reach : (b,), mm, station and arm of each corner and mirror image, stop by stop
     turn : (b, k), change of q'
     bell : (b,), whether q'' is a bell, not a tent
+    own : (m,), index of each corner among these
     first, last : (m − 1,), of each side, indices of what may reach it
     """
 
@@ -50,6 +51,7 @@ class SmoothPath(RoundedPath):
     reach: Array
     turn: Array
     bell: BoolArray
+    own: IntArray
     first: IntArray
     last: IntArray
 
@@ -91,17 +93,19 @@ def smooth_corners(path: RoundedPath, lever: Array, *, tolerance: float, smooth:
     allowed = np.where(curve, np.maximum(tolerance, np.minimum(smooth, np.maximum(off, SMOOTH))), tolerance)
     stops = np.flatnonzero(path.arm == 0.0)
     corners, parts, begun = path.corners.copy(), [], 0
-    first, last = np.zeros((2, len(path.directions)), dtype=np.int64)
+    own, first, last = np.zeros((3, len(corners)), dtype=np.int64)
     for start, end in pairwise(stops):
         run = slice(start, end + 1)
         points, part = _smooth_run(path.corners[run], path.station[run], lever, curve[run], allowed[run])
         corners[run] = points
         parts.append(part)
         first[start:end], last[start:end] = (begun + i for i in _covering(path.station[run], *part[:2]))
+        own[run] = begun + (len(part[0]) - len(points)) // 2 + np.arange(len(points))
         begun += len(part[0])
     directions = np.diff(corners, axis=0) / np.diff(path.station)[:, None]
     place, reach, turn, bell = (np.concatenate(columns) for columns in zip(*parts, strict=True))
-    return SmoothPath(corners, path.station, directions, path.arm, place, reach, turn, bell, first, last)
+    sides = first[:-1], last[:-1]
+    return SmoothPath(corners, path.station, directions, path.arm, place, reach, turn, bell, own, *sides)
 
 
 def _smooth_run(

@@ -173,6 +173,19 @@ def test_it_rests_at_stops_and_dwells_and_keeps_the_feed():
     assert law.samples.weight.sum() == pytest.approx(law.total)
 
 
+def test_limits_hold_from_stop_to_stop_of_several_curves():
+    rows = printed_path(301)
+    motion = motion_of(np.concatenate([rows, rows[-2::-1], rows[1:]]))
+    stops = np.isin(np.arange(901), [300, 600])
+    law = time_motion(motion, limited(TRUNNION, **PRINTED), corners=stops)
+    assert excess(law) <= KEPT
+    one = time_motion(motion_of(rows), limited(TRUNNION, **PRINTED)).total
+    assert law.total == pytest.approx(3.0 * one, rel=0.01)
+    at_stops = law.at(np.cumsum(law.motion.time)[[300, 600]])
+    np.testing.assert_allclose(at_stops[0], motion.positions[[300, 600]], atol=1e-6)
+    np.testing.assert_allclose(at_stops[1], 0.0, atol=1e-6)
+
+
 def test_a_curve_keeps_to_its_rows_and_takes_no_notice_of_their_rounding():
     path = printed_path(2001)
     machine = limited(TRUNNION, **PRINTED)
