@@ -35,8 +35,9 @@ def spline_basis(t: Array) -> Array:
     (3, p, 4), values, first and second derivatives
     """
     u = 1.0 - t
-    values = [u**3, 3.0 * t**3 - 6.0 * t**2 + 4.0, 3.0 * u**3 - 6.0 * u**2 + 4.0, t**3]
-    slopes = [-(u**2), 3.0 * t**2 - 4.0 * t, 4.0 * u - 3.0 * u**2, t**2]
+    t2, u2 = t * t, u * u
+    values = [u2 * u, 3.0 * t2 * t - 6.0 * t2 + 4.0, 3.0 * u2 * u - 6.0 * u2 + 4.0, t2 * t]
+    slopes = [-u2, 3.0 * t2 - 4.0 * t, 4.0 * u - 3.0 * u2, t2]
     bends = [u, 3.0 * t - 2.0, 3.0 * u - 2.0, t]
     stacked = np.stack([np.stack(values) / 6.0, np.stack(slopes) / 2.0, np.stack(bends)])
     return np.ascontiguousarray(stacked.transpose(0, 2, 1))

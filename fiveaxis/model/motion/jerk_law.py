@@ -12,7 +12,7 @@ from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d
+from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
 from fiveaxis.base import Array, IntArray
 from fiveaxis.model.motion.jerk_barrier import (
@@ -109,7 +109,7 @@ class SmoothPhases(Phases):
             path_speed=self.path_speed / factor,
             path_acceleration=self.path_acceleration / factor**2,
             duration=self.duration * factor,
-            higher=self.higher / factor ** np.array([3.0, 4.0, 5.0]),
+            higher=self.higher / [factor**3, factor**4, factor**5],
         )
 
     def cut(self, rows: Array) -> SmoothPhases:
@@ -252,9 +252,8 @@ def _course(path: SmoothPath, phases: Phases, first: int, last: int, step: float
     short = round(0.6 * LEAD)
     ends = [np.full(LEAD, part.sum() / (0.6 * LEAD)) for part in (steps[:short], steps[-short:])]
     steps = np.concatenate([ends[0], steps[short:-short], ends[1]])
-    window = np.ones(2 * SMOOTHED + 1) / (2 * SMOOTHED + 1)
     for _ in range(PASSES):
-        steps = np.convolve(np.pad(steps, SMOOTHED, mode="edge"), window, "valid")
+        steps = uniform_filter1d(steps, 2 * SMOOTHED + 1, mode="nearest")
     between = np.concatenate([steps[:1], steps[:1], 0.5 * (steps[1:] + steps[:-1]), steps[-1:], steps[-1:]])
     whole = np.ones(len(steps))
     lengths = _Course(between, steps).over(np.arange(len(steps), dtype=float), whole)
@@ -284,7 +283,8 @@ class _Runner:
             c, inner = _quickest(_tightened(limits, tight), WEIGHTS[1], inner)
             phases = _timed(course, c, step)
             shares = self._shares(phases)
-            excess = max(1.0, *(shares.max(axis=0) ** (1.0 / np.arange(1.0, 4.0))))
+            speed, push, jerk = shares.max(axis=0).tolist()
+            excess = max(1.0, speed, math.sqrt(push), math.cbrt(jerk))
             found.append(phases.slowed(excess))
             if excess < GOAL or len(found) == ATTEMPTS:
                 return min(found, key=lambda run: float(run.duration.sum()))
@@ -300,7 +300,7 @@ class _Runner:
         _, s1, s2, s3 = self.path.derivatives(w)
         feed = w1 / self._feeds(w)
         w1, w2, w3 = w1[:, None], w2[:, None], w3[:, None]
-        q1, q2, q3 = s1 * w1, s2 * w1**2 + s1 * w2, s3 * w1**3 + 3.0 * s2 * w1 * w2 + s1 * w3
+        q1, q2, q3 = s1 * w1, s2 * w1**2 + s1 * w2, s3 * (w1 * w1 * w1) + 3.0 * s2 * w1 * w2 + s1 * w3
         slowest = np.maximum((np.abs(q1) / self.bounds.speed).max(axis=1), feed) / step
         ceiling = 1.0 / np.maximum(slowest**2, 1.0 / FASTEST)
         a, j = self.bounds.acceleration * step**2, self.bounds.jerk * step**3
@@ -320,7 +320,7 @@ class _Runner:
             [
                 s1 * u1 / self.bounds.speed,
                 (s1 * u2 + s2 * u1**2) / self.bounds.acceleration,
-                (s1 * u3 + 3.0 * s2 * u1 * u2 + s3 * u1**3) / self.bounds.jerk,
+                (s1 * u3 + 3.0 * s2 * u1 * u2 + s3 * (u1 * u1 * u1)) / self.bounds.jerk,
             ]
         )
         shares = np.abs(of_axes).max(axis=2)
@@ -388,9 +388,7 @@ def _timed(course: _Course, c: Array, step: float) -> SmoothPhases:
     v[[0, -1]] = a[[0, -1]] = 0.0
     d = np.diff(u) - h * (v[:-1] + 0.5 * h * a[:-1])
     e, f = h * (np.diff(v) - h * a[:-1]), 0.5 * h**2 * np.diff(a)
-    parts = (
-        (10.0 * d - 4.0 * e + f) / h**3,
-        (7.0 * e - 15.0 * d - 2.0 * f) / h**4,
-        (6.0 * d - 3.0 * e + f) / h**5,
-    )
-    return SmoothPhases(u[:-1], v[:-1], a[:-1], h, np.zeros(n, dtype=np.int64), np.stack(parts, axis=1))
+    h3 = h * h * h
+    third, fourth, fifth = 10.0 * d - 4.0 * e + f, 7.0 * e - 15.0 * d - 2.0 * f, 6.0 * d - 3.0 * e + f
+    higher = np.stack([third / h3, fourth / (h3 * h), fifth / (h3 * h * h)], axis=1)
+    return SmoothPhases(u[:-1], v[:-1], a[:-1], h, np.zeros(n, dtype=np.int64), higher)

@@ -113,7 +113,7 @@ class TimeLaw:
         station, *rates = self.phases.derivatives(time)
         u1, u2, u3 = (rate[:, None] for rate in rates)
         _, slope, bend, third = self.path.derivatives(station)
-        return slope * u3 + 3.0 * bend * u1 * u2 + third * u1**3
+        return slope * u3 + 3.0 * bend * u1 * u2 + third * (u1 * u1 * u1)
 
     @cached_property
     def samples(self) -> Samples:
