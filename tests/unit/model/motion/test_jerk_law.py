@@ -173,6 +173,17 @@ def test_it_rests_at_stops_and_dwells_and_keeps_the_feed():
     assert law.samples.weight.sum() == pytest.approx(law.total)
 
 
+def test_samples_integrate_to_the_moves_of_blocks():
+    law = time_motion(motion_of(printed_path(101)), limited(TRUNNION, **PRINTED))
+    samples, moved = law.samples, np.zeros((101, 5))
+    np.add.at(moved, samples.block, samples.speed * samples.weight[:, None])
+    ends = law.at(np.cumsum(law.motion.time))[0]
+    np.testing.assert_allclose(moved, np.diff(ends, axis=0, prepend=ends[:1]), atol=1e-5)
+    # From rest to rest the work of the inertia is none.
+    work = (samples.speed * samples.acceleration * samples.weight[:, None]).sum(axis=0)
+    np.testing.assert_allclose(work, 0.0, atol=0.05)
+
+
 def test_limits_hold_from_stop_to_stop_of_several_curves():
     rows = printed_path(301)
     motion = motion_of(np.concatenate([rows, rows[-2::-1], rows[1:]]))
