@@ -38,13 +38,13 @@ GROWTH, SMOOTHED, PASSES = 0.08, 5, 4
 # Weight of the barrier as a share of the time, at first and at last, in either run; by what factor it falls;
 # Newton decrement, as a share of it, up to which a point is at the centre.
 WEIGHTS, FALLING, CENTRED = ((0.06, 0.01), (0.004, 1e-3)), 0.25, 0.3
-# Highest ṙ², in intervals per time that one takes about: where nothing else is a bound.
-FASTEST = 100.0
+# Lowest and highest ṙ², in intervals per time that one takes about: where nothing else is a bound.
+SLOWEST, FASTEST = 1e-6, 100.0
 # Factor by which a run may be slowed down; attempts at it; power of an excess by which limits are tightened
 # for the next; over how many intervals on both sides.
 GOAL, ATTEMPTS, OVER, BESIDE = 1.002, 3, 2.0, 4
-# Places of a phase at which its limits are checked.
-PLACES = 8
+# Places of a phase, its ends included, at which its limits are checked.
+PLACES = 9
 # Gauss points of an interval from 0 to 1, for integrals, and their weights.
 POINTS, SIZES = 0.5 * np.array(np.polynomial.legendre.leggauss(4)) + [[0.5], [0.0]]
 # Most steps to the time at a row; s, the error.
@@ -313,7 +313,7 @@ class _Runner:
     def _shares(self, phases: SmoothPhases) -> Array:
         """Find the largest shares of the limits in each phase, (p, 3): of speed, acceleration and jerk."""
         phase, share = np.divmod(np.arange(len(phases) * PLACES), PLACES)
-        station, *rates = phases.within(phase, phases.duration[phase] * share / PLACES)
+        station, *rates = phases.within(phase, phases.duration[phase] * share / (PLACES - 1))
         u1, u2, u3 = (rate[:, None] for rate in rates)
         _, s1, s2, s3 = self.path.derivatives(station)
         of_axes = np.stack(
@@ -379,12 +379,13 @@ def _timed(course: _Course, c: Array, step: float) -> SmoothPhases:
     """Return a phase for each interval, a polynomial with the station's two derivatives at both ends."""
     n = len(course)
     i, basis = np.arange(n), spline_basis(POINTS)[0]
-    x = sum(basis[:, a] * c[i + a, None] for a in range(4))
+    # Between its points x may even be negative where hardly anything limits it.
+    x = np.maximum(sum(basis[:, a] * c[i + a, None] for a in range(4)), SLOWEST)
     h = step * (SIZES / np.sqrt(x)).sum(axis=1)
     node = np.append(c, 0.0)[np.arange(n + 1)[:, None] + np.arange(4)]
     x, dx = ((spline_basis(np.zeros(1))[d, 0] * node).sum(axis=1) / step**2 for d in range(2))
     w, w1, w2, _ = course.at(np.arange(n + 1.0))
-    u, v, a = w, w1 * np.sqrt(x), w2 * x + 0.5 * w1 * dx
+    u, v, a = w, w1 * np.sqrt(np.maximum(x, 0.0)), w2 * x + 0.5 * w1 * dx
     v[[0, -1]] = a[[0, -1]] = 0.0
     d = np.diff(u) - h * (v[:-1] + 0.5 * h * a[:-1])
     e, f = h * (np.diff(v) - h * a[:-1]), 0.5 * h**2 * np.diff(a)

@@ -1,11 +1,11 @@
 """A path in axis space with a continuous second derivative, for controls that limit jerk.
 
 On a polygon's parabolas (`rounding`) q'' jumps. Here the change of direction ``Δd`` at a corner is spread
-over an arm a on both sides of it, and what all corners add to the polygon is summed up: arms may overlap. At
-a real corner q'' is a tent, which passes it at ``a |Δd| / 6``. Rows of a sampled curve have a bell, a cubic
-B-spline, over several sides: there q''' is continuous and hardly depends on where rows lie and on their
-rounding. As that draws a curve inward, by ``q'' a² / 24``, its rows are moved outward by as much first, and
-what is left is of fourth order.
+over an arm a on both sides of it as a bell, a cubic B-spline, so that q''' is continuous; a corner is passed
+at ``7 a |Δd| / 60``. What all corners add to the polygon is summed up: arms may overlap. Those of rows of a
+sampled curve reach over several sides: there q''' hardly depends on where rows lie and on their rounding. As
+that draws a curve inward, by ``q'' a² / 24``, its rows are moved outward by as much first, and what is left
+is of fourth order.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ REACH, FEWEST_SIDES, MOST_SIDES = 3.0, 4, 32
 LENGTHENING, EVENED = 0.5, 4
 # Arms of which the path leaves the polygon too far shrink by this factor, at most so many times.
 SHRINKING, MOST_SHRINKINGS = 0.7, 40
-# A bell of arm a passes its corner at a |Δd| times this, a tent at a sixth.
-BELL, TENT = 7.0 / 60.0, 1.0 / 6.0
+# A bell of arm a passes its corner at a |Δd| times this.
+BELL = 7.0 / 60.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +42,6 @@ class SmoothPath(RoundedPath):
     ----------
     place, reach : (b,), mm, station and arm of each corner and mirror image, stop by stop
     turn : (b, k), change of q'
-    bell : (b,), whether q'' is a bell, not a tent
     own : (m,), index of each corner among these
     first, last : (m − 1,), of each side, indices of what may reach it
     """
@@ -50,7 +49,6 @@ class SmoothPath(RoundedPath):
     place: Array
     reach: Array
     turn: Array
-    bell: BoolArray
     own: IntArray
     first: IntArray
     last: IntArray
@@ -60,7 +58,7 @@ class SmoothPath(RoundedPath):
         side = self.side(station)
         straight = self.corners[side] + (station - self.station[side])[:, None] * self.directions[side]
         first, last = self.first[side], self.last[side]
-        added = _added(station, first, last, self.place, self.reach, self.turn, self.bell)
+        added = _added(station, first, last, self.place, self.reach, self.turn)
         added[0] += straight
         added[1] += self.directions[side]
         return added
@@ -103,14 +101,14 @@ def smooth_corners(path: RoundedPath, lever: Array, *, tolerance: float, smooth:
         own[run] = begun + (len(part[0]) - len(points)) // 2 + np.arange(len(points))
         begun += len(part[0])
     directions = np.diff(corners, axis=0) / np.diff(path.station)[:, None]
-    place, reach, turn, bell = (np.concatenate(columns) for columns in zip(*parts, strict=True))
+    place, reach, turn = (np.concatenate(columns) for columns in zip(*parts, strict=True))
     sides = first[:-1], last[:-1]
-    return SmoothPath(corners, path.station, directions, path.arm, place, reach, turn, bell, own, *sides)
+    return SmoothPath(corners, path.station, directions, path.arm, place, reach, turn, own, *sides)
 
 
 def _smooth_run(
     points: Array, station: Array, lever: Array, curve: BoolArray, allowed: Array
-) -> tuple[Array, tuple[Array, Array, Array, BoolArray]]:
+) -> tuple[Array, tuple[Array, Array, Array]]:
     """Find the polygon's corners and what they add, from one stop to the next.
 
     Parameters
@@ -122,7 +120,7 @@ def _smooth_run(
 
     Returns
     -------
-    The corners, moved outward on a curve; ``place``, ``reach``, ``turn`` and ``bell`` as of `SmoothPath`
+    The corners, moved outward on a curve; ``place``, ``reach`` and ``turn`` as of `SmoothPath`
     """
     m = len(points)
     images = min(MOST_SIDES + 1, m - 1)
@@ -143,14 +141,14 @@ def _smooth_run(
         sides = np.minimum(np.arange(m), m - 2)
         arms = mirrored(reach, 1.0)
         first, last = _covering(station, place, arms)
-        return _added(station, first[sides], last[sides], place, arms, turn, bell)[0]
+        return _added(station, first[sides], last[sides], place, arms, turn)[0]
 
-    place, bell = mirrored(station, -1.0), mirrored(curve.astype(float), 1.0) > 0.0
+    place = mirrored(station, -1.0)
     size = np.linalg.norm(turned(points) * lever, axis=1)
     sides = np.diff(station)
     shorter = np.minimum(np.append(sides, np.inf), np.append(np.inf, sides))
     with np.errstate(divide="ignore", invalid="ignore"):
-        alone = np.where(size > 0.0, allowed / (size * np.where(curve, BELL, TENT)), 0.0)
+        alone = np.where(size > 0.0, allowed / (size * BELL), 0.0)
     shortest = np.minimum(alone, shorter)
     many, few = (_over_sides(place, images, count) for count in (MOST_SIDES, FEWEST_SIDES))
     wanted = np.where(curve, np.maximum(few, np.minimum(many, REACH)), alone)
@@ -165,7 +163,7 @@ def _smooth_run(
         if not shrinking.any():
             break
         reach = np.where(shrinking, np.maximum(SHRINKING * reach, shortest), reach)
-    return moved, (place, mirrored(arms, 1.0), mirrored(turned(moved), -1.0), bell)
+    return moved, (place, mirrored(arms, 1.0), mirrored(turned(moved), -1.0))
 
 
 def _evened(reach: Array, station: Array, curve: BoolArray) -> Array:
@@ -205,13 +203,10 @@ def _covering(station: Array, place: Array, reach: Array) -> tuple[IntArray, Int
 
 
 @compiled
-def _added(
-    station: Array, first: IntArray, last: IntArray, place: Array, reach: Array, turn: Array, bell: BoolArray
-) -> Array:
+def _added(station: Array, first: IntArray, last: IntArray, place: Array, reach: Array, turn: Array) -> Array:
     """Add up what corners add to the axis values and three derivatives, (4, s, k).
 
-    With ``x = |u − U| / a`` a tent adds ``Δd a (1 − x)³ / 6`` and a bell, with ``(·)₊ = max(·, 0)``,
-    ``Δd a ((2 − 2 x)⁵ − 4 (1 − 2 x)₊⁵) / 240``.
+    That is ``Δd a ((2 − 2 x)⁵ − 4 (1 − 2 x)₊⁵) / 240`` with ``x = |u − U| / a`` and ``(·)₊ = max(·, 0)``.
     """
     added = np.zeros((4, len(station), turn.shape[1]))
     for p in range(len(station)):
@@ -220,16 +215,13 @@ def _added(
             if not abs(offset) < a:
                 continue
             sign = 1.0 if offset < 0.0 else -1.0
-            t = 1.0 - abs(offset) / a
-            if bell[i]:
-                t, v = 2.0 * t, max(2.0 * t - 1.0, 0.0)
-                t2, v2 = t * t, v * v
-                w0 = (t2 * t2 * t - 4.0 * v2 * v2 * v) * a / 240.0
-                w1 = (t2 * t2 - 4.0 * v2 * v2) * sign / 24.0
-                w2 = (t2 * t - 4.0 * v2 * v) / (3.0 * a)
-                w3 = (t2 - 4.0 * v2) * 2.0 * sign / (a * a)
-            else:
-                w0, w1, w2, w3 = a * t * t * t / 6.0, 0.5 * t * t * sign, t / a, sign / (a * a)
+            t = 2.0 - 2.0 * abs(offset) / a
+            v = max(t - 1.0, 0.0)
+            t2, v2 = t * t, v * v
+            w0 = (t2 * t2 * t - 4.0 * v2 * v2 * v) * a / 240.0
+            w1 = (t2 * t2 - 4.0 * v2 * v2) * sign / 24.0
+            w2 = (t2 * t - 4.0 * v2 * v) / (3.0 * a)
+            w3 = (t2 - 4.0 * v2) * 2.0 * sign / (a * a)
             for j in range(turn.shape[1]):
                 added[0, p, j] += turn[i, j] * w0
                 added[1, p, j] += turn[i, j] * w1
