@@ -297,7 +297,8 @@ class _Runner:
         interval = np.append(np.repeat(np.arange(n), 2), n - 1)
         share = np.append(np.tile([0, 1], n), 2)
         w, w1, w2, w3 = course.at(interval + SHARES[share])
-        _, s1, s2, s3 = self.path.derivatives(w)
+        # Just before the end, as at a stop the slope of the side before it counts.
+        _, s1, s2, s3 = self.path.derivatives(np.minimum(w, course.node[-1] - ONE_NODE))
         feed = w1 / self._feeds(w)
         w1, w2, w3 = w1[:, None], w2[:, None], w3[:, None]
         q1, q2, q3 = s1 * w1, s2 * w1**2 + s1 * w2, s3 * (w1 * w1 * w1) + 3.0 * s2 * w1 * w2 + s1 * w3
@@ -315,7 +316,7 @@ class _Runner:
         phase, share = np.divmod(np.arange(len(phases) * PLACES), PLACES)
         station, *rates = phases.within(phase, phases.duration[phase] * share / (PLACES - 1))
         u1, u2, u3 = (rate[:, None] for rate in rates)
-        _, s1, s2, s3 = self.path.derivatives(station)
+        _, s1, s2, s3 = self.path.derivatives(np.minimum(station, phases.end_station[-1] - ONE_NODE))
         of_axes = np.stack(
             [
                 s1 * u1 / self.bounds.speed,
