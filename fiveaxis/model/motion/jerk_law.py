@@ -228,9 +228,12 @@ def _course(path: SmoothPath, phases: Phases, first: int, last: int, step: float
     time = np.linspace(0.0, total, max(math.ceil(2.0 * total / step), FEWEST))
     time = np.union1d(time, phases.start - phases.start[0])
     station, speed, acceleration = phases.at(time + phases.start[0])
-    # From and to rest a lead covers what the known law does in as many intervals.
-    early = min(LEAD * step, 0.5 * total)
-    covered = np.abs(phases.at(phases.start[0] + np.array([early, total - early]))[0] - [begin, end])
+    # From and to rest a lead covers what the known law does meanwhile, hardly more than the ramp.
+    ramps = [_ramp(phases.duration, phases.gain), _ramp(phases.duration[::-1], -phases.gain[::-1])]
+    early = [
+        min(LEAD * step, 0.5 * total, ramp + 2.0 * math.sqrt(PER_RAMP[1] * step * ramp)) for ramp in ramps
+    ]
+    covered = np.abs(phases.at(phases.start[0] + np.array([early[0], total - early[1]]))[0] - [begin, end])
     leads = covered / (0.6 * LEAD)
     slowest = np.where(station - begin < end - station, *leads)
     steady = np.abs(acceleration) * step < STEADY * speed
@@ -259,6 +262,11 @@ def _course(path: SmoothPath, phases: Phases, first: int, last: int, step: float
     lengths = _Course(between, steps).over(np.arange(len(steps), dtype=float), whole)
     scale = (end - begin) / lengths.sum()
     return _Course(between * scale, begin + np.append(0.0, np.cumsum(lengths * scale)))
+
+
+def _ramp(duration: Array, gain: Array) -> float:
+    """Return for how long the speed grows at first, s; where the last digits decide, hardly at all."""
+    return max(float(duration[: np.argmax(np.append(gain <= 0.0, True))].sum()), 1e-3 * float(duration.sum()))
 
 
 @dataclass(frozen=True, eq=False)
