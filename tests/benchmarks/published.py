@@ -5,8 +5,8 @@ Usage: python tests/benchmarks/published.py [zhang] [times] [energy] [bound] [--
 
 Paths and the authors' figures are read from ../shared/data/published, whose README has their sources.
 Travel is that of both rotary axes; lean is counted from the printed tool axis, at the given locations. Times
-are those of a program in axis words, with corners passed within 5 µm; those with jerk are printed where an
-axis of a machine can have one. `zhang` and `bound` take some ten minutes each.
+are those of a program in axis words, with corners passed within 5 µm. `zhang` and `bound` take some ten
+minutes each.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import json
 import re
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -43,7 +43,6 @@ CONES = (2.0, 15.0)
 # Where drives have no part in it, each W per rad/s makes a J of a rad.
 UNIT = DirectionalDrive(1.0, 1.0, proportional=True)
 NOTHING = DirectionalDrive(1e-9, 1e-9, proportional=True)
-CAN_JERK = "max_jerk" in {field.name for field in fields(Axis)}
 
 
 @dataclass(frozen=True)
@@ -194,13 +193,13 @@ def with_jerk(machine: fx.Machine, jerk: dict[str, float]) -> fx.Machine:
 def times(curve: Curve, cone: float, effort: str) -> dict[str, float]:
     """Minimise the time within a cone, deg, by what is known; s."""
     path, machine = made(curve)
-    machines = {"no jerk": machine} | ({"jerk": with_jerk(machine, curve.jerk)} if CAN_JERK else {})
+    machines = {"no jerk": machine, "jerk": with_jerk(machine, curve.jerk)}
     seconds = {}
     for kind, known in machines.items():
         found = fx.optimise(path, known, cone=cone, objective="time", effort=effort)
         seconds[f"as printed, {kind}"] = found.baselines["as-programmed"].time
         seconds[f"found by {kind}, {kind}"] = found.energy.time
-        if CAN_JERK and kind == "no jerk":
+        if kind == "no jerk":
             blocks = found.filling.blocks(found.toolpath, machines["jerk"], found.motion)
             seconds["found by no jerk, jerk"] = found.clock(blocks, machines["jerk"]).total
     return seconds
@@ -209,7 +208,7 @@ def times(curve: Curve, cone: float, effort: str) -> dict[str, float]:
 def time_table(effort: str) -> Iterator[str]:
     """Print least times."""
     columns = ["as printed, no jerk", "found by no jerk, no jerk"]
-    columns += ["as printed, jerk", "found by no jerk, jerk", "found by jerk, jerk"] if CAN_JERK else []
+    columns += ["as printed, jerk", "found by no jerk, jerk", "found by jerk, jerk"]
     yield f"| curve, cone | {' | '.join(f'{column}, s' for column in columns)} |"
     yield f"|---|{'---|' * len(columns)}"
     for name, curve in curves().items():
