@@ -28,6 +28,8 @@ NO_MOVE, SHORTEST_DWELL = 1e-9, 1e-3
 INSTANT = 1e-9
 # Gauss points of an interval from 0 to 1, exact for powers up to the third degree in time.
 GAUSS_POINTS = 0.5 + np.array([-0.5, 0.5]) / math.sqrt(3.0)
+# A run within jerk that takes so many times as long as without is compared with one that stops at corners.
+MUCH_LONGER = 1.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,22 +204,30 @@ def time_motion(
     still = (np.abs(motion.moves) <= NO_MOVE).all(axis=1)
     dwells = still & (motion.time > SHORTEST_DWELL)
     held = dwells if stops is None else dwells | stops
-    path, station = round_corners(
-        motion.positions, levers(motion.letters, lever), held, tolerance=tolerance, smooth=smooth
-    )
-    path_speed = _feed_speeds(station, np.where(dwells, 0.0, motion.time))
-    dwelling = np.where(dwells, motion.time, 0.0)
-    if bounds.limits_jerk and path.length > 0.0:
-        known = run_phases(path, station, path_speed, np.zeros(len(motion)), bounds)
-        path = smooth_corners(path, levers(motion.letters, lever), tolerance=tolerance, smooth=smooth)
-        phases: Phases = with_dwells(
-            run_with_jerk(path, station, path_speed, known, bounds), station, dwelling
-        )
-    else:
-        phases = run_phases(path, station, path_speed, dwelling, bounds)
-    times = np.zeros(len(motion))
-    np.add.at(times, phases.block, phases.duration)
-    return TimeLaw(replace(motion, time=times), path, phases, path_speed, bounds)
+    scale, dwelling = levers(motion.letters, lever), np.where(dwells, motion.time, 0.0)
+
+    def law_of(passed: float, smooth: float) -> tuple[TimeLaw, float]:
+        """Time the motion with corners passed at tolerances; return also its time without jerk, s."""
+        path, station = round_corners(motion.positions, scale, held, tolerance=passed, smooth=smooth)
+        path_speed = _feed_speeds(station, np.where(dwells, 0.0, motion.time))
+        if bounds.limits_jerk and path.length > 0.0:
+            known = run_phases(path, station, path_speed, np.zeros(len(motion)), bounds)
+            path = smooth_corners(path, scale, tolerance=passed, smooth=smooth)
+            run = run_with_jerk(path, station, path_speed, known, bounds)
+            phases: Phases = with_dwells(run, station, dwelling)
+        else:
+            known = phases = run_phases(path, station, path_speed, dwelling, bounds)
+        times = np.zeros(len(motion))
+        np.add.at(times, phases.block, phases.duration)
+        law = TimeLaw(replace(motion, time=times), path, phases, path_speed, bounds)
+        return law, float(known.duration.sum())
+
+    law, known = law_of(tolerance, smooth)
+    # A control that would creep around corners stops there, at last in every row.
+    for passed, bent in ((0.0, smooth), (0.0, 0.0)):
+        if bounds.limits_jerk and stops is None and law.total > dwelling.sum() + MUCH_LONGER * known:
+            law = min(law, law_of(passed, bent)[0], key=lambda one: one.total)
+    return law
 
 
 def _require_timed(motion: Motion, machine: Machine) -> None:

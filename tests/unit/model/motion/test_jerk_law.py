@@ -213,3 +213,17 @@ def test_blocks_of_a_sinumerik_program_keep_jerk():
     law = time_motion(motion_of(printed_path(401), 0.05), machine, corners=0.005)
     assert taken.total == pytest.approx(law.total)
     assert excess(law) <= KEPT
+
+
+@pytest.mark.parametrize("corners", ["exact-stop", 0.005, 0.1])
+@pytest.mark.parametrize("size", [0.0005, 0.002, 0.02, 2.0])
+def test_turning_back_and_forth_takes_no_longer_than_a_stop_in_every_row(size, corners):
+    """A control that would creep around a corner stops there."""
+    rows = np.zeros((30, 5))
+    rows[:, 0] = size * np.cumsum(np.random.default_rng(3).normal(size=30))
+    motion, machine = motion_of(rows, 1e-3), with_jerk(rise=30.0)
+    everywhere = time_motion(motion, machine, corners="exact-stop", smooth=0.0)
+    without = replace(machine, axes=tuple(replace(axis, max_jerk=None) for axis in machine.axes))
+    usual = time_motion(motion, without, corners=corners)
+    found = time_motion(motion, machine, corners=corners)
+    assert found.total <= max(everywhere.total, 1.3 * usual.total) * (1.0 + 1e-9)
