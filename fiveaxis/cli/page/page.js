@@ -44,7 +44,7 @@ async function take(list) {
       const job = /\.toml$/i.test(file.name) && /^\s*input\s*=/m.test(await file.text());
       if (TABLES.test(file.name) && !job) { S.machine = S.own = sent.name; S.answers = {}; }
       else if (PARTS.test(file.name) && files.length > 1) S.part = sent.name;
-      else { S.program = sent.name; S.kind = job ? "job" : PARTS.test(file.name) ? "part" : PATHS.test(file.name) ? "path" : "program"; S.tools = {}; S.seen = null; }
+      else { S.program = sent.name; S.kind = job ? "job" : PARTS.test(file.name) ? "part" : PATHS.test(file.name) ? "path" : "program"; S.tools = {}; S.options = {}; S.seen = null; }
     }
   } catch (reason) { return fault(reason.message); }
   if (!S.program && S.part) [S.program, S.part, S.kind] = [S.part, null, "part"];

@@ -19,7 +19,6 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from fiveaxis.base import (
-    MESH_SUFFIXES,
     FiveAxisError,
     Gap,
     Infeasible,
@@ -35,12 +34,13 @@ from fiveaxis.job import (
     make_job,
     read_job,
     revise_operations,
+    revises,
     run_job,
     show_program,
     write_outcome,
     write_revised,
 )
-from fiveaxis.model import Energy, Machine, draft_machine, load_machine, machine_names
+from fiveaxis.model import Energy, draft_machine, load_machine, machine_names
 from fiveaxis.show import describe_machine, write_preview
 
 Ask = Mapping[str, Any]
@@ -50,7 +50,7 @@ PAUSE = 0.25
 MACHINE, AS_IT_IS, RESULT = "machine.toml", "as-it-is.html", "result"
 # Axes of a machine whose tool leans.
 FIVE = 5
-# Times in the description of a machine end here on its tile.
+# Ends what a machine's description says first, which its tile shows.
 STOP = ";"
 
 
@@ -78,7 +78,7 @@ class Teller:
 
 
 def machines(_: Ask, _teller: Teller) -> list[dict[str, Any]]:
-    """List the five-axis machines of the library, and what each lacks."""
+    """List the five-axis machines of the library."""
     found = []
     for name in machine_names():
         sheet = describe_machine(load_machine(name))
@@ -90,15 +90,14 @@ def machines(_: Ask, _teller: Teller) -> list[dict[str, Any]]:
 
 def seen(ask: Ask, teller: Teller) -> dict[str, Any]:
     """Look at a program as it is, and write its simulation."""
-    path, folder = Path(ask["program"]), Path(ask["folder"])
-    machine = _answered(ask)
-    reading = _reading(ask)
+    path, folder, reading = Path(ask["program"]), Path(ask["folder"]), _given(ask, "rapid")
     own = _given(ask, "tool", "tool_length")
-    told = look(path, machine, progress=teller.meter, **own, **reading)
+    told = look(path, _machine_of(ask), progress=teller.meter, **own, **reading)
     teller.send(seen=told.as_dict() | {"totals": _totals(each.energy for each in told.operations)})
     shown, why = None, ""
     try:
-        whole = show_program(path, told.machine, tool=own.get("tool"), progress=teller.meter, **reading)
+        around = _given(ask, "tool", "part")
+        whole = show_program(path, told.machine, progress=teller.meter, **around, **reading)
         write_preview(whole, folder / AS_IT_IS)
         shown = AS_IT_IS
     except FiveAxisError as fault:
@@ -110,19 +109,9 @@ def improved(ask: Ask, teller: Teller) -> dict[str, Any]:
     """Give a program's operations better postures, or make a program for a part, path or job."""
     folder = Path(ask["folder"]) / RESULT
     shutil.rmtree(folder, ignore_errors=True)
-    path = Path(ask["program"])
-    if path.suffix.lower() in (*MESH_SUFFIXES, ".toml", ".csv", ".apt", ".cls"):
-        return _of_part(_part_job(ask), folder, teller)
-    machine = _answered(ask)
-    program = _reading(ask) | {"operation": tuple(ask["operations"]) if ask.get("operations") else None}
-    job = make_job(
-        input=path,
-        machine=str(_machine_of(ask)),
-        drives=None if machine.has_powers else "estimated",
-        program=program,
-        allow=tuple(ask.get("allow", ())),
-        **_given(ask, "tool", "cone", "effort", "tool_length", "retract"),
-    )
+    job = _job(ask)
+    if not revises(job):
+        return _planned(job, folder, teller)
     made = revise_operations(job, teller.meter)
     files = write_revised(made, folder, teller.meter) if made.outcomes else []
     before = _totals(part.before for part in made.parts)
@@ -136,7 +125,8 @@ def improved(ask: Ask, teller: Teller) -> dict[str, Any]:
     }
 
 
-def _of_part(job: Job, folder: Path, teller: Teller) -> dict[str, Any]:
+def _planned(job: Job, folder: Path, teller: Teller) -> dict[str, Any]:
+    """Make a program of its own, for a part or a path."""
     outcome = run_job(job, teller.meter)
     files = write_outcome(outcome, folder, teller.meter)
     name = outcome.report.baseline or ""
@@ -198,26 +188,25 @@ def _totals(energies: Iterable[Energy | None]) -> dict[str, Any]:
     }
 
 
-def _part_job(ask: Ask) -> Job:
-    """Make the job of a part or path with what was chosen, or read a job file."""
+def _job(ask: Ask) -> Job:
+    """Make the job of a program, part or path with what was chosen, or read a job file."""
     path = Path(ask["program"])
-    given = _given(ask, "tool", "tilt", "cone", "effort", "feed", "control", "retract", "tool_length")
+    given = _given(ask, "tool", "tilt", "cone", "effort", "feed", "control", "tool_length", "part", "allow")
     if ask.get("machine"):
-        given |= {"machine": str(_machine_of(ask))}
-        given |= {"drives": None if _answered(ask).has_powers else "estimated"}
+        machine = _machine_of(ask)
+        powered = load_machine(machine).has_powers
+        given |= {"machine": str(machine), "drives": None if powered else "estimated"}
+    given["nc"] = _given(ask, "retract")
     if path.suffix.lower() == ".toml":
         return read_job(path, **given)
-    plan = {name: ask[name] for name in ("strategy", "stepdown") if ask.get(name) is not None}
-    return make_job(input=path, plan=plan, **given)
+    program = _given(ask, "rapid") | {"operation": tuple(ask.get("operations") or ()) or None}
+    return make_job(input=path, plan=_given(ask, "strategy", "stepdown"), program=program, **given)
 
 
 def _given(ask: Ask, *names: str) -> dict[str, Any]:
-    return {name: tuple(v) if isinstance(v := ask[name], list) else v for name in names if ask.get(name)}
-
-
-def _reading(ask: Ask) -> dict[str, Any]:
-    """Return how the program is read, as far as somebody chose it."""
-    return {name: ask[name] for name in ("unit", "rapid") if ask.get(name)}
+    """Return what somebody chose; 0 is chosen, too."""
+    chosen = {name: ask[name] for name in names if ask.get(name) is not None}
+    return {name: tuple(value) if isinstance(value, list) else value for name, value in chosen.items()}
 
 
 def _machine_of(ask: Ask) -> str | Path:
@@ -231,10 +220,6 @@ def _machine_of(ask: Ask) -> str | Path:
     path = Path(ask["folder"]) / MACHINE
     path.write_text(made.text, encoding="utf-8")
     return path
-
-
-def _answered(ask: Ask) -> Machine:
-    return load_machine(_machine_of(ask))
 
 
 WORK: Mapping[str, Callable[[Ask, Teller], Any]] = {"machines": machines, "look": seen, "improve": improved}

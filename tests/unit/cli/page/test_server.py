@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import signal
 import time
@@ -33,6 +34,9 @@ M429
 G0 Z100
 M30
 """
+
+# Cosine and sine of a quarter turn.
+ROUND = [(math.cos(0.05 * k), math.sin(0.05 * k)) for k in range(30)]
 
 
 @pytest.fixture(scope="module")
@@ -220,3 +224,33 @@ def test_a_taken_port_is_told(page):
     result = CliRunner().invoke(app, ["app", "--no-browser", "--port", str(page.port)])
     assert result.exit_code == 2
     assert f"port {page.port} can't be opened" in result.output
+
+
+@pytest.mark.slow
+def test_a_part_gets_its_program_with_the_retract_that_was_asked_for(page):
+    part = Path(__file__).parents[4] / "examples" / "overhang" / "part.stl"
+    ask = {"program": page.put(part), "machine": "hayashi-640123", "tool": "ball:8", "tilt": [15, 75]}
+    for retract in (120, 0):
+        end = page.work("improve", **ask, stepdown=8, effort="quick", retract=retract)["end"]
+        assert end["result"]["verdict"] == "new"
+        text = page.ask("GET", f"/out/result/{end['result']['program']}")[1].decode()
+        assert f"G53 G0 Z{retract}.000000" in text
+
+
+@pytest.mark.parametrize("verb", ["improve", "look"])
+def test_a_part_beside_a_program_is_used(page, program, tmp_path, verb):
+    part = tmp_path / "block.stl"
+    part.write_bytes(b"solid nothing\nendsolid nothing\n")
+    ask = {"program": page.put(program), "part": page.put(part), "machine": TRUNNION, "tool": "ball:8"}
+    end = page.work(verb, **ask, effort="quick")["end"]
+    assert "block.stl" in (end.get("error") or end["result"]["no_simulation"])
+
+
+@pytest.mark.slow
+def test_a_path_that_is_no_program_becomes_one(page, tmp_path):
+    path = tmp_path / "ring.cl"
+    rows = [f"GOTO/{20 * c:.4f},{20 * s:.4f},5,{0.5 * c:.5f},{0.5 * s:.5f},0.86603" for c, s in ROUND]
+    path.write_text("\n".join(["UNITS/MM", "MULTAX/ON", "FEDRAT/600,MMPM", *rows, "FINI"]) + "\n")
+    ask = {"program": page.put(path), "machine": "hayashi-640123", "tool": "ball:8", "cone": 15}
+    end = page.work("improve", **ask, effort="quick")["end"]
+    assert end["result"]["verdict"] == "new", end
