@@ -16,6 +16,8 @@ from pathlib import Path
 import pytest
 from support.patience import PATIENCE
 
+from fiveaxis.cli.commands import VERBS
+
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 PAGES = sorted((DOCS / "pages").rglob("*.md"))
@@ -287,3 +289,8 @@ def test_a_meaning_that_nobody_needs_stops_the_build(formats, tmp_path):
     file.write_text('"Said.gone" = "nothing"\n')
     with pytest.raises(formats.KeyFault, match=r"Said\.gone"):
         formats.Meanings(file).require_used()
+
+
+def test_each_command_stands_in_the_list_of_commands():
+    listed = (DOCS / "pages" / "commands.md").read_text(encoding="utf-8")
+    assert [verb for verb in VERBS if f"\nfiveaxis {verb} " not in listed] == []
