@@ -161,12 +161,6 @@ def test_every_control_has_a_golden_file():
     assert {control for _, control, _, _ in CASES} == set(DIALECTS)
 
 
-def test_the_same_motion_gives_the_same_bytes():
-    machine = load_machine("hayashi-640123")
-    first, second = (compose_program(five_points(machine), machine=machine, header=HEADER) for _ in range(2))
-    assert first.text == second.text
-
-
 @pytest.mark.parametrize(("name", "control", "coordinates", "around"), CASES)
 def test_what_a_program_needs_is_what_its_text_says(name, control, coordinates, around):
     machine = load_machine(name)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import csv
 import json
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -72,18 +73,19 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("programs")
 
 
-# A third of a minute each, with all searches, or longer.
-SLOW = {"inches", "fan", "three tools", "haas", "linuxcnc"}
-
-
+# Those that take longest, with all searches: they are revised once, with trades.
+LONG = {"inches", "fan", "three tools"}
+SLOW = LONG | {"haas", "linuxcnc"}
 # Shop programs that are revised without a trade, too, at each push.
 TWICE = {"fanuc"}
 
 
-def marked(slow: set[str]) -> list[Any]:
-    """All cases, with their marks."""
-    marks = [[pytest.mark.shared] * (n in REAL) + [pytest.mark.slow] * (n in slow) for n in CASES]
-    return [pytest.param(name, marks=some) for name, some in zip(CASES, marks, strict=True)]
+def marked(names: Iterable[str], slow: set[str]) -> list[Any]:
+    """Cases, with their marks."""
+    return [
+        pytest.param(n, marks=[pytest.mark.shared] * (n in REAL) + [pytest.mark.slow] * (n in slow))
+        for n in names
+    ]
 
 
 def present(name: str) -> str:
@@ -93,12 +95,12 @@ def present(name: str) -> str:
     return name
 
 
-@pytest.fixture(params=marked(SLOW))
+@pytest.fixture(params=marked(CASES, SLOW))
 def name(request: pytest.FixtureRequest) -> str:
     return present(request.param)
 
 
-@pytest.fixture(params=marked(SLOW | set(SHOPS) - TWICE))
+@pytest.fixture(params=marked([n for n in CASES if n not in LONG], SLOW | set(SHOPS) - TWICE))
 def twice(request: pytest.FixtureRequest) -> str:
     """The name of a case, for tests that need another revision of each."""
     return present(request.param)
@@ -229,9 +231,8 @@ def test_a_whole_program_changes_by_the_sum_of_its_operations(name, folder, tmp_
             assert said(part.before) == said(part.after) == said(alone)
 
 
-@pytest.mark.parametrize("allow", [pytest.param((), marks=pytest.mark.slow), TRADES])
-def test_every_picture_of_a_program_shows_the_same_figures(name, folder, tmp_path, allow):
-    made = revised(name, folder, allow)
+def test_every_picture_of_a_program_shows_the_same_figures(name, folder, tmp_path):
+    made = revised(name, folder, TRADES)
     outcome = made.outcomes.get(CASES[name].operation)
     if outcome is None:
         pytest.skip("the program stays")

@@ -113,15 +113,6 @@ def test_no_axis_travels_farther_for_fewer_blocks(case):
 
 @settings(max_examples=20)
 @given(cases)
-def test_the_same_motion_is_thinned_to_the_same_bytes(case):
-    machine, path, motion, tcp = make(case)
-    one, other = (thinned(path, machine, motion, tcp=tcp) for _ in range(2))
-    assert one.motion.positions.tobytes() == other.motion.positions.tobytes()
-    assert one.motion.time.tobytes() == other.motion.time.tobytes()
-
-
-@settings(max_examples=20)
-@given(cases)
 def test_what_is_kept_of_a_motion_is_kept_when_its_needless_rows_are_sought_again(case):
     machine, path, motion, tcp = make(case)
     found = thinned(path, machine, motion, tcp=tcp)

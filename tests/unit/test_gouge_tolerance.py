@@ -23,7 +23,6 @@ DEPTH = 0.03
 FINE, COARSE = 0.005, 0.04
 # A program's rows may be as much deeper: 0.01 mm as they lie on chords, 0.005 mm as blocks keep to the path.
 ROW = 0.015
-FILES = ("motion.csv", "report.json", "report.html", "program.ngc")
 
 
 @pytest.fixture(scope="module")

@@ -60,13 +60,6 @@ def test_a_path_is_optimised_and_verified_on_every_library_machine(name):
         assert saved > -1e-9
 
 
-@pytest.mark.parametrize("name", ["hayashi-640123", "dmu80p-duoblock", "linuxcnc-bridgemill"])
-def test_the_same_path_has_the_same_postures_again(name):
-    machine = with_powers(load_machine(name)).with_tool_length(80.0)
-    first, again = (fx.optimise(ring(20), machine, tilt=TILT, effort="quick") for _ in range(2))
-    np.testing.assert_array_equal(again.motion.positions, first.motion.positions)
-
-
 def test_moving_the_setup_is_moving_the_path():
     machine = with_powers(load_machine("variaxis-630"))
     offset = (12.0, -7.0, 30.0)

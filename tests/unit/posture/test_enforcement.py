@@ -129,11 +129,6 @@ def test_the_mask_is_enforced_at_a_single_location_too(hayashi):
     assert mask(np.arange(1), rotary_of(optimise(path, hayashi, tilt=(15, 75), mask=mask))).all()
 
 
-def test_the_same_mask_gives_the_same_path(hayashi, banded):
-    again = optimise(ring(), hayashi, tilt=(15, 75), mask=in_band)
-    np.testing.assert_array_equal(rotary_of(again), rotary_of(banded[0]))
-
-
 @pytest.mark.parametrize("answer", [lambda rows, _: True, lambda rows, _: np.ones(len(rows))])
 def test_an_answer_that_isnt_a_truth_value_for_each_posture_is_refused(hayashi, answer):
     with pytest.raises(SettingError, match="of bool is needed"):

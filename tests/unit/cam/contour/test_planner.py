@@ -199,11 +199,6 @@ def test_the_mesh_of_the_caller_stays_as_it_was():
     np.testing.assert_array_equal(part.faces, before[1])
 
 
-def test_the_same_input_gives_the_same_path(sphere, sphere_path):
-    again = plan_contour(sphere, Tool.ball(6), stepdown=4.0, spacing=0.5)
-    assert again.pivot.tobytes() == sphere_path.pivot.tobytes()
-
-
 def test_feed_is_turned_into_mm_per_second_on_every_row():
     path = plan_contour(
         trimesh.creation.box(extents=[10.0] * 3), Tool.ball(4), stepdown=5.0, feed_mm_min=600.0

@@ -198,18 +198,6 @@ def test_the_length_of_a_closed_pass_is_its_whole_circumference():
     assert plan_contour(post, Tool.ball(4), stepdown=2.0, min_length=0.999 * round_).ignored == {}
 
 
-@pytest.mark.parametrize(
-    "options",
-    [
-        {"spiral": True, "scallop": 0.2, "lead_in": 1.0},
-        {"strategy": "raster", "stepover": 2.0, "order": "islands", "direction": "zigzag"},
-    ],
-)
-def test_the_same_input_gives_the_same_path_whatever_the_options(spool, options):
-    first, second = (plan_contour(spool, Tool.ball(6), **options) for _ in range(2))
-    assert first.pivot.tobytes() == second.pivot.tobytes()
-
-
 def test_a_lollipop_plans_as_a_ball():
     box = trimesh.creation.box(extents=[12.0, 12.0, 12.0])
     paths = [plan_contour(box, tool, stepdown=4.0) for tool in (Tool.lollipop(6, 4), Tool.ball(6))]

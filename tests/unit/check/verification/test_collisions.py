@@ -394,17 +394,6 @@ def test_links_are_verified_where_our_equations_place_them(trunnion):
         np.testing.assert_allclose(found[link], expected[link], atol=1e-9)
 
 
-def test_the_same_motion_gives_the_same_report_twice(table_table):
-    rows = [[float(x), 0.0, 0.0, 0.0, 0.0] for x in range(20)]
-    context = context_of(table_table, rows)
-    reports = [
-        make_report(check_collisions(context, Surroundings(part=wall(15.0))), context.toolpath, ()).as_dict()
-        for _ in range(2)
-    ]
-    assert reports[0] == reports[1]
-    assert reports[0]["counts"]["shank-collision"] > 0
-
-
 def test_a_machine_of_meshes_is_checked_against_a_part_inside_it(table_table, tmp_path):
     """A small part inside a closed mesh is found, though it touches no surface."""
     trimesh.creation.box(extents=(80.0, 80.0, 80.0)).export(tmp_path / "yoke.stl")

@@ -8,7 +8,6 @@ import pytest
 from fiveaxis.base.errors import ToolpathError
 from fiveaxis.model import PATH_TOLERANCE, MoveKind
 
-QUARTER_RIGHT = "CIRCLE/0,0,0,0,0,1\n"
 ROUNDING = 1e-9
 
 

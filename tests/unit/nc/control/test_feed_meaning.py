@@ -9,10 +9,7 @@ import pytest
 from support.rs274 import canonical, needs_rs274
 
 from fiveaxis.base.errors import SettingError
-from fiveaxis.model import load_machine
 from fiveaxis.nc import find_dialect
-
-MACHINE = load_machine("linuxcnc-xyzac-trt")
 
 
 def codes(motion):

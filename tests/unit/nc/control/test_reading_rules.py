@@ -9,11 +9,9 @@ from support.rs274 import interpret, needs_rs274
 
 from fiveaxis.base.errors import SettingError, ToolpathError
 from fiveaxis.base.findings import Severity
-from fiveaxis.model import load_machine
 from fiveaxis.nc import find_dialect
 from fiveaxis.nc.writing.tables import DIALECTS
 
-MACHINE = load_machine("linuxcnc-xyzac-trt")
 LINUXCNC = find_dialect("linuxcnc").reading
 RULED = ("fanuc", "haas", "linuxcnc", "sinumerik", "heidenhain")
 HEAD = "G21 G90 G94 G17 G54\nG0 X0 Y0 Z15 A0 C0\n"

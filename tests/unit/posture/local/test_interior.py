@@ -72,13 +72,6 @@ def test_steps_are_split_on_the_central_path():
     assert (t > 0.0).all()
 
 
-def test_the_same_start_gives_the_same_bits(problem, start):
-    rows = build_rows(problem)
-    x = rows.start(problem, start)
-    runs = [minimise(rows, x, iterations=50, barrier=1.0) for _ in range(2)]
-    np.testing.assert_array_equal(runs[0].rotary, runs[1].rotary)
-
-
 def test_a_slack_that_rounds_to_zero_beside_its_bound_does_no_harm() -> None:
     """A level circle: steps end so near to their bounds that no room is left in double precision."""
     turn = np.linspace(0.0, 2.0 * np.pi, 721)

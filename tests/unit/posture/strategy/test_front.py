@@ -161,11 +161,6 @@ def test_every_point_has_its_solution_and_is_picked_by_its_number(found):
     assert found.pick(50) is found.solutions[-1]
 
 
-def test_the_same_front_comes_out_again(found, hayashi):
-    again = find_front(ring(60), hayashi, 5, tilt=(15, 75))
-    assert again.as_dict() == found.as_dict()
-
-
 def test_progress_counts_the_runs_of_a_front_up_to_the_last(hayashi):
     steps = []
     find_front(ring(24), hayashi, 3, tilt=(15, 75), progress=lambda *step: steps.append(step))

@@ -12,8 +12,6 @@ from fiveaxis.check import verify
 from fiveaxis.model import Tool, Toolpath, tool_axes
 from fiveaxis.posture.strategy.holding import free_angles, hold, is_holding
 
-DEGREE = np.pi / 180.0
-
 
 def wave(n: int = 5) -> Toolpath:
     """Few contacts over a wavy floor, along +X."""

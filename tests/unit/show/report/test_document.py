@@ -125,14 +125,6 @@ def test_folders_of_the_computer_stay_out_of_the_document(
     assert '"toolpath": "vase.csv"' in text
 
 
-def test_two_documents_of_one_solution_have_the_same_bytes(
-    solution: Optimum, unsafe_verdict: Report, tmp_path: Path
-) -> None:
-    for name in ("first.json", "second.json"):
-        write_json(ReportDocument(solution, unsafe_verdict), tmp_path / name)
-    assert (tmp_path / "first.json").read_bytes() == (tmp_path / "second.json").read_bytes()
-
-
 def test_a_document_read_back_is_the_document_written(
     solution: Optimum, unsafe_verdict: Report, tmp_path: Path
 ) -> None:

@@ -6,13 +6,12 @@ import html
 import re
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 from fiveaxis.base.findings import risk
 from fiveaxis.check import Report
 from fiveaxis.model.energy.totals import KindEnergy
 from fiveaxis.posture import Optimum
-from fiveaxis.show import ReportDocument, write_report
+from fiveaxis.show import ReportDocument
 from fiveaxis.show.report.facts import Overriding, ProgramFigures
 from fiveaxis.show.report.page import compose_page
 from fiveaxis.show.report.words import number, saving
@@ -240,15 +239,6 @@ def test_every_chart_says_in_words_what_it_shows(page: Page, solution: Optimum, 
     assert [re.findall(r'data-over="([^"]*)"', chart) for chart in charts] == [
         *([], [], ["location"], ["location"], ["time in s"], ["time in s"], [], [])
     ]
-
-
-def test_two_pages_of_one_solution_have_the_same_bytes(
-    page: Page, solution: Optimum, verdict: Report, tmp_path: Path
-) -> None:
-    first = page(solution, verdict)
-    # Drawn anew, which the pages of the other tests aren't.
-    write_report(ReportDocument(solution, verdict), tmp_path / "second.html")
-    assert first.encode() == (tmp_path / "second.html").read_bytes()
 
 
 def test_ids_on_the_page_are_unique(page: Page, solution: Optimum, verdict: Report) -> None:

@@ -25,12 +25,6 @@ def test_the_figure_names_both_ends_and_what_the_axes_show(found, tmp_path):
         assert words in drawn
 
 
-def test_the_figure_is_the_same_for_the_same_front(found, tmp_path):
-    first = write_front_figure(found, tmp_path / "a.svg").read_bytes()
-    assert first == write_front_figure(found, tmp_path / "b.svg").read_bytes()
-    assert len(first) > 1000
-
-
 def test_no_points_and_no_format_are_refused(found, tmp_path):
     with pytest.raises(SettingError, match="no points"):
         write_front_figure(Front((), 0, found.solution), tmp_path / "front.svg")

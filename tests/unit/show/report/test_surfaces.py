@@ -247,11 +247,6 @@ def test_the_table_has_the_numbers_of_the_surface(drawn, tmp_path):
         np.testing.assert_allclose(written, values, rtol=0.0, atol=1e-6)
 
 
-def test_the_same_surface_gives_the_same_bytes(drawn, tmp_path):
-    first, second = (drawn.write(tmp_path / f"{name}.svg").read_bytes() for name in ("a", "b"))
-    assert first == second
-
-
 def test_another_suffix_is_refused_before_anything_is_written(drawn, tmp_path):
     target: Path = tmp_path / "drawn.pdf"
     with pytest.raises(SettingError, match=r"drawn.pdf: .*let it end in \.csv, \.svg or \.html"):
