@@ -19,7 +19,7 @@ from fiveaxis.model import Machine, Tool, Toolpath, load_machine
 # The same examples every time: some at each push, more before a merge (`--hypothesis-profile=merge`). How
 # long they take to draw is no property of the code, as machines are shared. What a test writes to its own
 # folder for one example, it overwrites for the next.
-for profile, examples in {"push": 20, "merge": 100}.items():
+for profile, examples in {"push": 20, "merge": 60}.items():
     settings.register_profile(
         profile,
         derandomize=True,
@@ -36,6 +36,20 @@ BOUND, MEASURED = 1.0, Path(__file__).with_name("slow.txt")
 # What is run first, and compiles most loops; and rooms of `unit` that compile hardly anything.
 COMPILING = "test_program_truth.py"
 UNCOMPILED = {"kinematics", "machine", "nc", "toolpath"}
+# The files that take longest, in this order: at the end of a run no process works on one while another has
+# nothing left.
+LONGEST = (
+    "test_faults_of_controls.py",
+    "test_docs.py",
+    "test_flow.py",
+    "test_lower_bound.py",
+    "test_cad.py",
+    "test_revised_program.py",
+    "test_sweep.py",
+    "test_in_browser.py",
+    "test_approach.py",
+    "test_reoptimise.py",
+)
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -43,11 +57,15 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Let one of two processes compile while the other runs what needs no loops; mark `slow` and `shared`.
 
     In a fresh checkout both would compile the optimiser's loops at the same time. Processes take whole files
-    (`--dist loadfile`), so a file's fixtures are made once.
+    (`--dist loadfile`), so a file's fixtures are made once; the longest come before the others.
     """
 
     def turn(item: pytest.Item) -> int:
-        return 0 if item.path.name == COMPILING else 1 if UNCOMPILED & set(item.path.parts) else 2
+        if item.path.name == COMPILING:
+            return 0
+        if UNCOMPILED & set(item.path.parts):
+            return 1
+        return 2 + (LONGEST.index(item.path.name) if item.path.name in LONGEST else len(LONGEST))
 
     items.sort(key=turn)
     measured = set(MEASURED.read_text(encoding="utf-8").splitlines())
