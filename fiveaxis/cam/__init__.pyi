@@ -31,6 +31,5 @@ from .mesh.loading import read_solid as read_solid
 from .mesh.loading import require_solid as require_solid
 from .mesh.loading import size_findings as size_findings
 from .mesh.loading import size_text as size_text
-from .mesh.surface import Surface as Surface
 from .mesh.surface import facet_normals as facet_normals
 from .mesh.surface import make_patches as make_patches

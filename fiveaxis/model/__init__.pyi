@@ -70,7 +70,6 @@ from .machine.check import check_machine as check_machine
 from .machine.check import check_text as check_text
 from .machine.code import BED as BED
 from .machine.code import FormShapingCode as FormShapingCode
-from .machine.code import parse_code as parse_code
 from .machine.drafting import DEFAULT_NAME as DEFAULT_NAME
 from .machine.drafting import draft_machine as draft_machine
 from .machine.drives import AffineDrive as AffineDrive
