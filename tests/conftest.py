@@ -1,7 +1,5 @@
 """What several tests share: the real inputs and the machines."""
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess

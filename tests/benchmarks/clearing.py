@@ -7,8 +7,6 @@ mask the holder hits it. Printed are the times of optimisation and verification 
 in each. Times are the processor's, of all threads: the machines that this runs on are shared.
 """
 
-from __future__ import annotations
-
 import time
 from pathlib import Path
 from tempfile import TemporaryDirectory

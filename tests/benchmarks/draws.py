@@ -7,8 +7,6 @@ bands the claim of `fiveaxis compare` is made once, from the ranges that jobs re
 axes are drawn, each within its band, and the machine whose program takes the least is looked up in it.
 """
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Iterator
 from dataclasses import replace

@@ -5,8 +5,6 @@ Usage: python tests/benchmarks/estimates.py [--feed 1000]
 *ratio*: measured over estimated power; *band*: within which an estimate says that it lies.
 """
 
-from __future__ import annotations
-
 import argparse
 
 import numpy as np

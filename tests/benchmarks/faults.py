@@ -15,8 +15,6 @@ The exit code is 1 where less than 99 % of what matters in a class is found by e
 false alarm.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 import tempfile

@@ -11,8 +11,6 @@ lower: 0.1 shows them as they are asked. `--program` takes a blade by one comman
 program, and ends with its exit code.
 """
 
-from __future__ import annotations
-
 import argparse
 import resource
 import subprocess

@@ -10,8 +10,6 @@ a hundredth of the inputs or less. The first traceback of every kind of foreign 
 after the other. The exit code is 1 where an end is foreign.
 """
 
-from __future__ import annotations
-
 import argparse
 import multiprocessing
 import re

@@ -7,8 +7,6 @@ included; *planned* that of `fiveaxis plan` of passes along the faces of one bla
 of all processes, too, which other work on the computer lengthens less. Memory is that of the largest process.
 """
 
-from __future__ import annotations
-
 import json
 import resource
 import subprocess

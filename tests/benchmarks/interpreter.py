@@ -11,8 +11,6 @@ Needs ``rs274`` (linuxcnc-uspace).
 The exit code is 1 if a program is read differently.
 """
 
-from __future__ import annotations
-
 import argparse
 import re
 import shutil

@@ -7,8 +7,6 @@ nothing stated but machine, tool and tilt: no work offset, no powers, and a tool
 the head swivels. A job ends in a verified program, or with the first line that it says instead.
 """
 
-from __future__ import annotations
-
 import argparse
 import tempfile
 import time

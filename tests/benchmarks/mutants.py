@@ -8,8 +8,6 @@ to the first one that fails. *killed*: one did; *SURVIVED*: none. The exit code 
 survived.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import re

@@ -5,8 +5,6 @@ Usage: python tests/benchmarks/operations.py
 Locations include those that are inserted in arcs; mm are those of the tip on the workpiece in feed moves.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field

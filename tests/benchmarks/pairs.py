@@ -3,8 +3,6 @@
 Usage: python tests/benchmarks/pairs.py [POSES]
 """
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Callable

@@ -3,8 +3,6 @@
 Paths from ../shared/data are read there; nothing of it is part of the project.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial

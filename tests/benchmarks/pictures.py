@@ -12,8 +12,6 @@ operations through the page of `fiveaxis app`, and its refusal and a narrow wind
 app-phone.png), which are all that `--only app` makes.
 """
 
-from __future__ import annotations
-
 import argparse
 import subprocess
 import sys

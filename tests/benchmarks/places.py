@@ -7,8 +7,6 @@ wall on a mill whose table stands still, with a wide tilt: there the postures do
 X and by a turn; the posture that nothing is saved with is the ``normal`` one, and the place the given one.
 """
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path

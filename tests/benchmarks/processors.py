@@ -8,8 +8,6 @@ and setting: the energy to the last digit, and whether the program is the same, 
 ends in exit code 1.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import subprocess

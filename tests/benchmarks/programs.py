@@ -13,8 +13,6 @@ Machines without powers take those of a machine with plain drives, and those wit
 everything: what is measured here is the text, not the machine.
 """
 
-from __future__ import annotations
-
 import sys
 from dataclasses import replace
 

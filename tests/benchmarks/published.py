@@ -9,8 +9,6 @@ are those of a program in axis words, with corners passed within 5 µm. `zhang` 
 minutes each.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import re

@@ -10,8 +10,6 @@ but for rounding; a result that is more than 0.1 % dearer ends in exit code 1. T
 that of the same matrices just before and after; machines are shared, so a slower result fails nothing.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys

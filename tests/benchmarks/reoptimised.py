@@ -11,8 +11,6 @@ A control's five programs are made here as a CAM system would post them: five pa
 or along the surface normal.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 import tempfile

@@ -6,8 +6,6 @@ Each row has what has to be said: a code, or a part of an error; *said* is the w
 exit code is 1 where something isn't said, or is said of a program that is right.
 """
 
-from __future__ import annotations
-
 import sys
 import tempfile
 from collections.abc import Iterator

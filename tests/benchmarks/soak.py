@@ -9,8 +9,6 @@ files that are not byte for byte those of an undisturbed run; *orphans*: workers
 was killed. The exit code is 1 where a run isn't clean.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 import tempfile

@@ -5,8 +5,6 @@
 The weights of `fiveaxis/base/progress.py` are rounded means of what this prints for the examples.
 """
 
-from __future__ import annotations
-
 import sys
 import tempfile
 import time

@@ -3,8 +3,6 @@
 usage: python tests/benchmarks/step_normals.py [--stepdown 12] [--quick]
 """
 
-from __future__ import annotations
-
 import argparse
 import resource
 import tempfile

@@ -3,8 +3,6 @@
 Usage: python tests/benchmarks/stock.py [--moves 2000 100000] [--pitch 0.1]
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 import time

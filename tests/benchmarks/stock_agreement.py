@@ -8,8 +8,6 @@ deepest gouge of the check against the part's mesh, *stock* that of the cut stoc
 mm; `!` marks what is an error. They agree where both tell a gouge, or neither does.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 import tempfile

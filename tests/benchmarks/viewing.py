@@ -6,8 +6,6 @@ The rate of pictures of the long page beside that of the short one shows what it
 itself is drawn by the processor here, and by the graphics card elsewhere.
 """
 
-from __future__ import annotations
-
 import sys
 import tempfile
 import time

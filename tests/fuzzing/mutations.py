@@ -1,7 +1,5 @@
 """Seeded damage of inputs: of bytes, of lines, of words, and mixes of the words of several files."""
 
-from __future__ import annotations
-
 import random
 import re
 import struct

@@ -1,7 +1,5 @@
 """Every reader of the package, with inputs that it accepts."""
 
-from __future__ import annotations
-
 import gzip
 import random
 from collections.abc import Callable, Iterator

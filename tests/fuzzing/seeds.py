@@ -1,7 +1,5 @@
 """Inputs that readers accept: parts of our own programs and of real files, and short ones written here."""
 
-from __future__ import annotations
-
 import gzip
 import re
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Feed damaged inputs to one reader, and count how each ends."""
 
-from __future__ import annotations
-
 import random
 import resource
 import signal

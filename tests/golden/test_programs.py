@@ -4,8 +4,6 @@ A difference means that what reaches a machine has changed. Look at it, and if i
 the files: ``FIVEAXIS_WRITE_GOLDEN=1 pytest tests/golden``.
 """
 
-from __future__ import annotations
-
 import os
 import re
 from dataclasses import replace

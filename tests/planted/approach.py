@@ -1,7 +1,5 @@
 """Faults on the way to the path and off it: order, depth, a plunge at the end, a retract that is lost."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

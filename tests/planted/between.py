@@ -4,8 +4,6 @@ They are machine moves, heights of retracts, data of the control, the spindle, a
 path.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 

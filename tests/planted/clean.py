@@ -1,7 +1,5 @@
 """What changes a program's text and nothing that the machine does: in each of these nothing is wrong."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """What a class of faults is: how it is planted in a program, and whether it matters."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property

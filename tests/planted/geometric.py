@@ -1,7 +1,5 @@
 """Faults in the words of one move, in any mode: a wrong number, swapped numbers, a lost block."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Clean jobs: what the project writes for them has nothing wrong, and verification must say so."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from itertools import product

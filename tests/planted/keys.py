@@ -1,7 +1,5 @@
 """Faults by the keys of the controls' tables: lines that are right only if the control had another rule."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterator

@@ -3,8 +3,6 @@
 Further on all is as it was, so that neither the begin nor the end of the program shows it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Faults at start and end: what a program may have left on stays on, or is switched on again."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """Faults in modal state: what turns, shifts or scales a program, put before its cuts or between them."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """Faults in what turns, feeds and cools: feed, its unit, rapids, spindle, tool, offsets, coolant, unit."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterator, Mapping
 

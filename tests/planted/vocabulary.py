@@ -1,7 +1,5 @@
 """Every word that the readers know, as a line that can stand between two cuts."""
 
-from __future__ import annotations
-
 from fiveaxis.nc.control import machine_functions, modal, technology
 from fiveaxis.nc.languages import choice, klartext_state, sinumerik_state
 

@@ -1,7 +1,5 @@
 """A file of our own is read back as what it is, whatever it is called and whatever its header says."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Laws of the APT reader: each GOTO is a row or an error, arcs keep to their circle, frames to their base."""
 
-from __future__ import annotations
-
 import contextlib
 import re
 import tempfile

@@ -1,7 +1,5 @@
 """Laws of Sinumerik and Klartext: one path in every language, runs are blocks, nonsense gives errors."""
 
-from __future__ import annotations
-
 import contextlib
 import random
 

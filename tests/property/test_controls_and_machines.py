@@ -1,7 +1,5 @@
 """Every control writes for every machine what it reads again, in each way that control or machine has."""
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What effort, a start, a wider range and another telling of the same problem do to the result."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import pytest

@@ -4,8 +4,6 @@ What matters is measured apart from the verification, in `planted`; many more of
 by ``python tests/benchmarks/faults.py``.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from planted.fault import Fault

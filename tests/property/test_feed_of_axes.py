@@ -1,7 +1,5 @@
 """Laws of F per minute by axis words: what is written for a time is read as that time."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

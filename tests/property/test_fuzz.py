@@ -1,7 +1,5 @@
 """No input brings a reader or a verb down: each is read, or refused by an error of our own."""
 
-from __future__ import annotations
-
 import pytest
 from fuzzing.readers import Reader, readers
 from fuzzing.trial import try_reader

@@ -3,8 +3,6 @@
 Its bounds, floors and comparisons are keys of the control's table: each is tried on both sides.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

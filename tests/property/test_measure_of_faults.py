@@ -1,7 +1,5 @@
 """The measure of planted faults allows the band between chord and curve, 0.02 mm around it, and no more."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Laws of writing: read again, a program is the given motion."""
 
-from __future__ import annotations
-
 import re
 from functools import partial
 from pathlib import Path

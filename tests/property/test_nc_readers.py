@@ -1,7 +1,5 @@
 """What was written is read."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

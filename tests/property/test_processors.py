@@ -5,8 +5,6 @@ code are what a processor is asked for, and are chosen here by hand, as on other
 in the hashes of texts, and with them in the order of sets.
 """
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

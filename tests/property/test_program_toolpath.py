@@ -1,7 +1,5 @@
 """Laws of programs as toolpaths: runs are their blocks one by one, frames agree."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import fields
 from pathlib import Path

@@ -3,8 +3,6 @@
 Each law holds for shop programs of five controls, and for real ones where the shared data are.
 """
 
-from __future__ import annotations
-
 import csv
 import json
 from collections.abc import Iterable

@@ -1,7 +1,5 @@
 """Laws of programs for every control: its readers find the motion that was given."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Laws of reading programs: written again they are the same, arcs keep to circles, nonsense is an error."""
 
-from __future__ import annotations
-
 import contextlib
 from functools import partial
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The density at which a smooth path is sampled changes neither its result nor what it is compared with."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from support.sampled_surfaces import cone, dome, ellipse, sampled, wave

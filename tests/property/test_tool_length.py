@@ -1,7 +1,5 @@
 """The tool's length counts once, in whichever of the equivalent ways a program and its caller state it."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace

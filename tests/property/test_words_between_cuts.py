@@ -1,7 +1,5 @@
 """Every word that a control's reader knows, put between two cuts: it is told, or known to be harmless."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -1,7 +1,5 @@
 """How far a tool strays from the path it should follow."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.spatial import cKDTree
 

@@ -1,7 +1,5 @@
 """One LinuxCNC at a time, and nothing of it left behind: its processes, its lock, its shared memory."""
 
-from __future__ import annotations
-
 import fcntl
 import os
 import re

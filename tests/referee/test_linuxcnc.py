@@ -1,7 +1,5 @@
 """LinuxCNC's simulated machine keeps the stated tolerance, in the predicted time, under our programs."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

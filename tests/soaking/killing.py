@@ -1,7 +1,5 @@
 """Kill a batch's workers, and the batch itself, at random moments, and check its results."""
 
-from __future__ import annotations
-
 import json
 import queue
 import random

@@ -1,7 +1,5 @@
 """Small jobs for batches."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A real browser for tests of pages: Debian's chromium, headless, driven over its pipe."""
 
-from __future__ import annotations
-
 import base64
 import json
 import os

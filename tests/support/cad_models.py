@@ -1,7 +1,5 @@
 """Models of CAD files, each of which Open Cascade reads once for all tests of a process."""
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 from typing import Any

@@ -5,8 +5,6 @@ usage: python tests/support/cad_parts.py FOLDER
        python tests/support/cad_parts.py impeller part.step 24
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Iterator
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """coal's answers to the questions of `check.collision.pieces.PairQuery`; shapes of both, and poses."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

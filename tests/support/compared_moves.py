@@ -5,8 +5,6 @@ of `Move` in mm and deg from the machine's zero, in the order in which they run.
 formulas (centre, turns), and every chord of ours has to lie on them.
 """
 
-from __future__ import annotations
-
 import math
 import re
 import subprocess

@@ -3,8 +3,6 @@
 It comes with Debian's freecad: ``apt-get install -y --no-install-recommends freecad``.
 """
 
-from __future__ import annotations
-
 import json
 import shlex
 import shutil

@@ -1,7 +1,5 @@
 """The Haas trunnion of a public program, which no library machine is like."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from fiveaxis.model import Machine

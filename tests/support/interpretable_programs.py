@@ -1,7 +1,5 @@
 """Programs for LinuxCNC's interpreter, drawn from a seed: short, so that one refusal hides little else."""
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Callable

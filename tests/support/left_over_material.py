@@ -1,7 +1,5 @@
 """What a ball leaves of the faces of a model, by brute force: no formula of planner or quality is used."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Workers for the pool of a batch that load no module of fiveaxis, so that they start in no time."""
 
-from __future__ import annotations
-
 import json
 import os
 import pickle

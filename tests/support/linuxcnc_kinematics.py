@@ -4,8 +4,6 @@ Joints are (n, 3), mm; tilt and spin are the values of the two rotary axes, (n,)
 sense. The position is that of the program: a tool's length is added to a pivot's, and Z counts from the tip.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from fiveaxis.base import Array

@@ -1,7 +1,5 @@
 """What tests of control languages share: blocks one by one, those of runs too, and rotations."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 
 import numpy as np

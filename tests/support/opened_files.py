@@ -1,7 +1,5 @@
 """Count how often a run opens each file of a folder; a process of its own, as nobody can take a hook back."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """Some of many cases, in which every pair of values that goes together comes at least once."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Hashable, Iterable
 from itertools import combinations, product

@@ -1,7 +1,5 @@
 """Optimiser functions with constraints in degrees and options as keywords, quick unless asked for more."""
 
-from __future__ import annotations
-
 from dataclasses import fields
 from typing import Any
 

@@ -3,8 +3,6 @@
 It comes with Debian's linuxcnc-uspace: ``apt-get install -y --no-install-recommends linuxcnc-uspace``.
 """
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """Surfaces that tests and benchmarks sample, and problems that are the same, told another way."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Shop programs of five operations for five controls: facing, drilling, 3+2, and two in five axes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The stock that a page of the simulation holds, decoded as its script does."""
 
-from __future__ import annotations
-
 import base64
 import gzip
 import json

@@ -1,7 +1,5 @@
 """What tests of texts share: a program's text as a file, written by nothing but the composer."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A finishing pass for a trunnion with A and C whose tool axis wavers, so that other postures are cheaper."""
 
-from __future__ import annotations
-
 import math
 
 Row = tuple[float, float, float, float, float]

@@ -1,7 +1,5 @@
 """All operations of a program or CL file: tests of its reading look at every block."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The examples of README and documentation run, and print what they say; `.ci/run` builds the site."""
 
-from __future__ import annotations
-
 import doctest
 import importlib.util
 import os

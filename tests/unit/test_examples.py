@@ -1,7 +1,5 @@
 """The numbered examples are short, run without a warning and print what they promise."""
 
-from __future__ import annotations
-
 import ast
 import re
 import runpy

@@ -1,7 +1,5 @@
 """Files appear whole or not at all, and are read once as long as they stay."""
 
-from __future__ import annotations
-
 import csv
 import errno
 import hashlib

@@ -1,7 +1,5 @@
 """The dress-up for FreeCAD, in FreeCAD itself."""
 
-from __future__ import annotations
-
 import shlex
 from itertools import pairwise
 from typing import Any

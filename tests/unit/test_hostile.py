@@ -1,7 +1,5 @@
 """Names and sizes that somebody chose to do harm."""
 
-from __future__ import annotations
-
 import gzip
 import html
 import os

@@ -1,7 +1,5 @@
 """Every room says what it does: the gist for -v, the details for -vv, both through its own loggers."""
 
-from __future__ import annotations
-
 import logging
 from types import SimpleNamespace
 from urllib.request import urlopen

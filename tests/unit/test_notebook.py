@@ -1,7 +1,5 @@
 """Objects in a notebook: tables in HTML without markup of others, frames with the numbers of the files."""
 
-from __future__ import annotations
-
 import json
 import sys
 from dataclasses import replace

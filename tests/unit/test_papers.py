@@ -1,7 +1,5 @@
 """The scripts of the papers reproduce what they say they do, and draw their figures."""
 
-from __future__ import annotations
-
 import importlib.util
 import re
 import subprocess

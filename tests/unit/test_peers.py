@@ -1,7 +1,5 @@
 """The open benchmark: its case files, its checker, its runner; the checker finds what is planted."""
 
-from __future__ import annotations
-
 import importlib
 import json
 import sys

@@ -1,7 +1,5 @@
 """What `import fiveaxis as fx` offers, and what it costs."""
 
-from __future__ import annotations
-
 import inspect
 import re
 import subprocess

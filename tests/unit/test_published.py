@@ -1,7 +1,5 @@
 """Paths and figures that others published, and what is computed of them beside it."""
 
-from __future__ import annotations
-
 import importlib.util
 import json
 import sys

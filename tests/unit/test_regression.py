@@ -1,7 +1,5 @@
 """The comparison of results with those on record: a dearer result fails, a slower one is only told."""
 
-from __future__ import annotations
-
 import importlib.util
 import sys
 from pathlib import Path

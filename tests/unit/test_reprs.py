@@ -1,7 +1,5 @@
 """Objects say in a line what they are: in a notebook and in a debugger nobody reads arrays."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -4,8 +4,6 @@ OpenBLAS chooses its kernels by processor, and so does numpy for functions that 
 `fiveaxis.base.geometry.vectors` has what takes their place.
 """
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Settings files: what they may hold, and what is said when they don't."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Literal
 

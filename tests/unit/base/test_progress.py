@@ -1,7 +1,5 @@
 """Stages of long work as one share of the whole, which never goes back, and one remaining time."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import pytest

@@ -1,7 +1,5 @@
 """The command line as its user meets it: answers, files, messages and exit codes."""
 
-from __future__ import annotations
-
 import json
 import re
 import subprocess

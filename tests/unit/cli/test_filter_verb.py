@@ -1,7 +1,5 @@
 """A program goes through `fiveaxis filter` before LinuxCNC loads it."""
 
-from __future__ import annotations
-
 import os
 import re
 import shlex

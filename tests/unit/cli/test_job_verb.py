@@ -1,7 +1,5 @@
 """Job files explained, and begun."""
 
-from __future__ import annotations
-
 import json
 import re
 import tomllib

@@ -1,7 +1,5 @@
 """`fiveaxis machine new`: the dialogue on a pseudo terminal, and the same file from options."""
 
-from __future__ import annotations
-
 import os
 import select
 import signal

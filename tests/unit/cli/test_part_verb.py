@@ -1,7 +1,5 @@
 """`fiveaxis info` and `plan` on a STEP file."""
 
-from __future__ import annotations
-
 import json
 from importlib.util import find_spec
 from pathlib import Path

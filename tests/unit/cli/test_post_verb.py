@@ -1,7 +1,5 @@
 """The verbs that write a motion for a control and list the controls."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A user's own program on the command line: read, verified and shown as it is."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

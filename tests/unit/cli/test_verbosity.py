@@ -1,7 +1,5 @@
 """How much commands tell on stderr, and that nothing of it is on stdout."""
 
-from __future__ import annotations
-
 import json
 import logging
 import re

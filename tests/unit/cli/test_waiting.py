@@ -3,8 +3,6 @@
 Seconds of the command's processor time: whatever else the machine does meanwhile doesn't count.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import select

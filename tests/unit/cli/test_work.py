@@ -1,7 +1,5 @@
 """The line that shows what a command does, and about how long a stage still takes."""
 
-from __future__ import annotations
-
 import io
 
 import pytest

@@ -1,7 +1,5 @@
 """Postures that keep shank and holder clear, from the library's front door to a job's report."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

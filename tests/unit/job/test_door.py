@@ -1,7 +1,5 @@
 """`fx.optimise` takes names and files where objects are meant, and places the part as jobs do."""
 
-from __future__ import annotations
-
 import inspect
 
 import numpy as np

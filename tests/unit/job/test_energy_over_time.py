@@ -1,7 +1,5 @@
 """Energies are those over the time that the control takes: one number in solution, program and its reader."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Job files, and the settings of the command line over them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

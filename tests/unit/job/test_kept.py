@@ -1,7 +1,5 @@
 """What a program states besides its path is kept in the output, unless it is overridden."""
 
-from __future__ import annotations
-
 import pytest
 
 import fiveaxis as fx

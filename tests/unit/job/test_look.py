@@ -1,7 +1,5 @@
 """A program as it is: its operations' time and energy, and where it is slow and why."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

@@ -1,7 +1,5 @@
 """A program has the same rows, operations and findings, whoever reads it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

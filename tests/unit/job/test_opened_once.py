@@ -1,7 +1,5 @@
 """A run opens each of its input files once: what was checked, hashed and used is the same content."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import trimesh

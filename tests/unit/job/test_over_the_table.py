@@ -1,7 +1,5 @@
 """How high the part stands over an assumed table: one number in head, answers, report and `verify`."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

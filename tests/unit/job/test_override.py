@@ -1,7 +1,5 @@
 """A job's program and the errors that someone accepts by name."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

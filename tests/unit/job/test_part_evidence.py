@@ -1,7 +1,5 @@
 """The part decides what a program leaves open."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import trimesh

@@ -1,7 +1,5 @@
 """The part is put where its path is reached if nobody says where, and where that is is told."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import trimesh

@@ -1,7 +1,5 @@
 """The blocks of a solution's program: redundant ones removed, and every location held to its checks."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

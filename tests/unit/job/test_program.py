@@ -1,7 +1,5 @@
 """From postures to a program: what is verified is the text, whoever asks for it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

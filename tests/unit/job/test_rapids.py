@@ -1,7 +1,5 @@
 """Rapid moves stay rapid from the path to the program, in their time and in what they cost."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

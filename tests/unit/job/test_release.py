@@ -1,7 +1,5 @@
 """No program leaves for a machine with errors that nobody has accepted by name."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

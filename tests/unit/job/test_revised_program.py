@@ -1,7 +1,5 @@
 """Programs of several operations: the simultaneous ones are revised in place, the others stay."""
 
-from __future__ import annotations
-
 import json
 import re
 from dataclasses import replace

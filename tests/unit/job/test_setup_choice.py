@@ -1,7 +1,5 @@
 """Where the workpiece stands on the table, chosen with the postures."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A program that is shown as it is: all of its operations, what is assumed, and what is found in it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A job that is interrupted goes on from what it has found, and ends as if nothing had happened."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """Programs verified, wherever they come from: each check, its place, and the command line."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """What a program leaves open (zero, decimal points, units of angles and feeds) is told by sizes and path."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

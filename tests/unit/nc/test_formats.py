@@ -1,7 +1,5 @@
 """What a file holds, its reader, and findings on a path as a whole."""
 
-from __future__ import annotations
-
 import gzip
 from pathlib import Path
 

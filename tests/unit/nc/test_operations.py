@@ -1,7 +1,5 @@
 """Programs and CL files of several operations: which they are, that none is merged, and that one is taken."""
 
-from __future__ import annotations
-
 import pytest
 
 import fiveaxis as fx

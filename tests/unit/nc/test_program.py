@@ -1,7 +1,5 @@
 """NC programs, block by block."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from functools import partial

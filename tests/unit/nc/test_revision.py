@@ -1,7 +1,5 @@
 """Operations with other postures in their own lines: words, styles, added lines, and what is refused."""
 
-from __future__ import annotations
-
 import difflib
 import re
 

@@ -1,7 +1,5 @@
 """Files as lines."""
 
-from __future__ import annotations
-
 import gzip
 
 import pytest

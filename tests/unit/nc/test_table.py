@@ -1,7 +1,5 @@
 """Comma-separated points."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The unit of lengths: stated, asked for, or told from the sizes."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

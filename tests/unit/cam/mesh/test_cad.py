@@ -1,7 +1,5 @@
 """Exact surfaces of CAD files against closed forms, brute force and Open Cascade; broken files."""
 
-from __future__ import annotations
-
 import copy
 import pickle
 import shutil

@@ -1,7 +1,5 @@
 """What cutters remove: closed forms, poses one by one, and laws of the balance."""
 
-from __future__ import annotations
-
 import math
 import os
 

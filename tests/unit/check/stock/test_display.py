@@ -1,7 +1,5 @@
 """The stock as it is shown: each step is the stock as it is then, and steps only remove."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import trimesh

@@ -1,7 +1,5 @@
 """Where a stock comes from, and what is refused before the work begins."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

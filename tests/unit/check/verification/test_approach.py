@@ -1,7 +1,5 @@
 """Lead-in and lead-out are checked like the motion, and avoid obstacles."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The interpolation between locations that verification assumes, and the motion that a report names."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Where a path lets the pivot be, found by the verification from the given locations alone."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The feed of links, with cutters whose pivot is on their axis and beside it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from planted.technology import FAR, feed_moves, of_one_block

@@ -1,7 +1,5 @@
 """The finished part: planted gouges and ridges are found with place and block, and nothing else is."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The page in a real browser: a program, a part, refusals, by keyboard alone, and with the server killed."""
 
-from __future__ import annotations
-
 import json
 import signal
 from pathlib import Path

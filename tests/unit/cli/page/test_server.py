@@ -1,7 +1,5 @@
 """The server of the page: whom it answers, what it takes, and what it leaves behind."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

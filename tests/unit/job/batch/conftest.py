@@ -1,7 +1,5 @@
 """Jobs for batches: small files, and workers that are threads and only pretend to optimise."""
 
-from __future__ import annotations
-
 import faulthandler
 import json
 import os

@@ -1,7 +1,5 @@
 """The page that compares jobs in a real browser: it sorts, filters and leads to each job's pages."""
 
-from __future__ import annotations
-
 import time
 
 import pytest

@@ -1,7 +1,5 @@
 """The table of jobs on a terminal: a pseudo terminal, and jobs that end when they are told to."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -1,7 +1,5 @@
 """A batch whose scheduler goes away in mid-run, at a moment that the test chooses."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """The page that compares jobs: its links, and that text from files stays text."""
 
-from __future__ import annotations
-
 import re
 from html import unescape
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The supervisor of workers: whatever happens to them, each job has one row."""
 
-from __future__ import annotations
-
 import os
 import random
 import re

@@ -1,7 +1,5 @@
 """The verb: exit codes, what it prints where, and what it leaves; on threads that pretend to optimise."""
 
-from __future__ import annotations
-
 import csv
 import json
 import re

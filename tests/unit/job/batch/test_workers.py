@@ -1,7 +1,5 @@
 """Batches of the command line whose workers load no module of fiveaxis: interrupted, killed, out of reach."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

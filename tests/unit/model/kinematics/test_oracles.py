@@ -1,7 +1,5 @@
 """Kinematics against LinuxCNC's closed form, and one NX operation posted for two machines."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 from pathlib import Path

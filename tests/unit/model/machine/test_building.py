@@ -1,7 +1,5 @@
 """A machine written to a file and read back is the same machine."""
 
-from __future__ import annotations
-
 import math
 import tomllib
 from dataclasses import replace

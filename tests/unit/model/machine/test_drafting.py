@@ -1,7 +1,5 @@
 """Machine files drafted from answers."""
 
-from __future__ import annotations
-
 import tomllib
 from pathlib import Path
 

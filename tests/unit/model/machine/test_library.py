@@ -1,7 +1,5 @@
 """The machine library against its printed sources."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

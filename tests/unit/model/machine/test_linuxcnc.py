@@ -1,7 +1,5 @@
 """Machines from LinuxCNC configurations: small ones written here, and real ones where there are any."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """What is to be measured where pivots aren't known."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -3,8 +3,6 @@
 Estimates are held against machines whose powers are measured, and against what they follow from.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

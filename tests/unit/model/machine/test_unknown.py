@@ -1,7 +1,5 @@
 """What a machine doesn't state never counts as zero where the tool's motion depends on it."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

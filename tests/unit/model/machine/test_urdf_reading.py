@@ -1,7 +1,5 @@
 """Machines read from URDF: what `fiveaxis urdf` writes comes back, and other programs' files are read."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Machines read from Vericut templates, against the library's machines of the same figures."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The time a control takes: LinuxCNC's stops between blocks, blends, and controls with unknown behaviour."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Blocks in servo cycles: closed forms of single moves, and laws of all."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The curve through cutter locations: where it is, and where the path stays straight."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Tables along a path: rows taken, joined, and turned round by one rule."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

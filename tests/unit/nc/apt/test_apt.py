@@ -1,7 +1,5 @@
 """APT cutter locations."""
 
-from __future__ import annotations
-
 import gzip
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Broken APT files: one error each, with file, line and text."""
 
-from __future__ import annotations
-
 import pytest
 
 from fiveaxis.base.errors import ToolpathError

@@ -1,7 +1,5 @@
 """Drilling cycles of APT files."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """APT of each CAM system: one short file of each."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

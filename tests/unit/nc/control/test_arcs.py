@@ -1,7 +1,5 @@
 """Circular moves in their plane."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Rotary axes that the control turns by itself, to angles that aren't in the program."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

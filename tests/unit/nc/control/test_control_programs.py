@@ -1,7 +1,5 @@
 """Whole programs of Sinumerik and Heidenhain controls, as toolpaths."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What F and dwells count on each control, against the numbers that manuals print and LinuxCNC computes."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

@@ -3,8 +3,6 @@
 `tests/property/test_interpreter.py` holds the same to its interpreter where that is installed.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """M words: known ones, those that could change what positions mean, and unknown ones."""
 
-from __future__ import annotations
-
 import pytest
 
 from fiveaxis.base.errors import SettingError, ToolpathError

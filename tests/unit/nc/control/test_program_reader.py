@@ -1,7 +1,5 @@
 """Programs of machine-axis words, read as a motion."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

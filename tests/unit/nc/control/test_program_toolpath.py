@@ -1,7 +1,5 @@
 """NC programs of any control, read as toolpaths."""
 
-from __future__ import annotations
-
 import itertools
 import re
 from dataclasses import replace

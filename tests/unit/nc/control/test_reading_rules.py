@@ -1,7 +1,5 @@
 """What controls do by their own rules, against LinuxCNC's interpreter, and how programs are read by them."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -1,7 +1,5 @@
 """Block delete: what a program does otherwise with the switch in the other position."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

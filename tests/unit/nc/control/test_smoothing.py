@@ -1,7 +1,5 @@
 """The words by which a program says that its points are samples of a curve."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

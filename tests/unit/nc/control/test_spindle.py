@@ -1,7 +1,5 @@
 """A second tool in a program begins another operation, in every language."""
 
-from __future__ import annotations
-
 import pytest
 
 import fiveaxis as fx

@@ -1,7 +1,5 @@
 """Programs are held to what the table of their control says that it takes."""
 
-from __future__ import annotations
-
 import pytest
 
 import fiveaxis as fx

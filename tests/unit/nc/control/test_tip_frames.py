@@ -1,7 +1,5 @@
 """The frame of tip positions, told from the path."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

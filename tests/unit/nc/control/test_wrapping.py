@@ -1,7 +1,5 @@
 """Rotary words from 0 to 360, unwrapped by the control's rule."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

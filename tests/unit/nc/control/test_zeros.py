@@ -1,7 +1,5 @@
 """Zeros and planes that G-code moves: local shifts, positions that are set anew, tables that turn."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Detection of a program's language."""
 
-from __future__ import annotations
-
 import pytest
 
 from fiveaxis.base.errors import SettingError, ToolpathError

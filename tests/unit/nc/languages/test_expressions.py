@@ -1,7 +1,5 @@
 """Arithmetic in programs."""
 
-from __future__ import annotations
-
 import pytest
 
 from fiveaxis.nc.languages.block import BlockError

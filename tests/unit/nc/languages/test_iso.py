@@ -1,7 +1,5 @@
 """Blocks of G-code and the words in them."""
 
-from __future__ import annotations
-
 import pytest
 
 from fiveaxis.base.errors import ToolpathError

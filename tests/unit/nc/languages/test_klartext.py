@@ -1,7 +1,5 @@
 """Blocks of Heidenhain Klartext programs."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from support.nc_blocks import about, one_by_one

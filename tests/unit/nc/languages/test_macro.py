@@ -1,7 +1,5 @@
 """Variables, loops, jumps and subprograms of G-code: what runs, where it leads, which line it belongs to."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

@@ -1,7 +1,5 @@
 """MillPlus programs as blocks."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from support.whole_files import each_path

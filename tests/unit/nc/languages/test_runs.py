@@ -1,7 +1,5 @@
 """Runs of plain blocks, which are read together."""
 
-from __future__ import annotations
-
 import pytest
 from support.nc_blocks import one_by_one
 

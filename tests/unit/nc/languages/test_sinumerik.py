@@ -1,7 +1,5 @@
 """Blocks of Sinumerik 840D programs."""
 
-from __future__ import annotations
-
 from collections import Counter
 
 import numpy as np

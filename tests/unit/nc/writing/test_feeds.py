@@ -1,7 +1,5 @@
 """F: modal along a pass, and with few significant digits."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

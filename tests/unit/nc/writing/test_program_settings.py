@@ -1,7 +1,5 @@
 """Settings of a program: how they are written, and what a control can't express."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

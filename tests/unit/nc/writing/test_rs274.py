@@ -1,7 +1,5 @@
 """LinuxCNC's own stand-alone interpreter, `rs274`, reads what is written for it."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from functools import partial

@@ -1,7 +1,5 @@
 """Begin and end of a program: tool length, retract, spindle, home."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

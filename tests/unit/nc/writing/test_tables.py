@@ -1,7 +1,5 @@
 """Tables of controls: those of the package, and custom ones."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

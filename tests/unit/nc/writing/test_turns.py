@@ -1,7 +1,5 @@
 """Windings: the control's reading of the words is the given motion."""
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Programs of several controls: blocks around the moves, feeds, positions, and what is refused."""
 
-from __future__ import annotations
-
 import errno
 import re
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The search over exact postures: what it may do, what it costs, and that it finds what stands."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any

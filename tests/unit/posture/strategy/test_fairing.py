@@ -1,7 +1,5 @@
 """Fairing: third differences shrink, no posture moves too far, and none leaves the bounds on its lean."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from support.quick_optimiser import tilt_bounds

@@ -1,7 +1,5 @@
 """Near the singular direction: held axes, bounds and findings."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

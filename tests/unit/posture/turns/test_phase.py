@@ -1,7 +1,5 @@
 """The phase of the set-up on the table, and how many rewinds it takes."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 

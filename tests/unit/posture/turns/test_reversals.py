@@ -1,7 +1,5 @@
 """Paths that pass the end of an axis range and come back."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

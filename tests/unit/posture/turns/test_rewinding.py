@@ -1,7 +1,5 @@
 """Rewinds of an axis with one turn or little more: at the turn change, and no more than necessary."""
 
-from __future__ import annotations
-
 import itertools
 import re
 from dataclasses import replace

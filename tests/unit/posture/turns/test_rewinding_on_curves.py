@@ -1,7 +1,5 @@
 """Where an axis rewinds within a cut along a curve, the path stays on the curve that it was on."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Locations inserted into a path where an axis may change its turn."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Rewinds: against brute force over turn numbers, and on paths that wind further than an axis can."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """A solution made by hand: the vase tilted up by 15°, compared with the same tilted by 45°."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The report in a real browser: values under the pointer, zoom, keys, narrow screens, the dark, paper."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from dataclasses import replace

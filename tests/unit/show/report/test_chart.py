@@ -1,7 +1,5 @@
 """Charts drawn as SVG: numbers have their places, ticks are round, gaps stay gaps."""
 
-from __future__ import annotations
-
 import re
 from xml.etree import ElementTree
 

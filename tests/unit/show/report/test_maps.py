@@ -1,7 +1,5 @@
 """Maps of postures: pictures, what they leave grey and what they hatch."""
 
-from __future__ import annotations
-
 import base64
 import io
 import re

@@ -1,7 +1,5 @@
 """The three answers: nothing is claimed beyond what was checked, and one number is one number."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 

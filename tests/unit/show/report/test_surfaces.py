@@ -1,7 +1,5 @@
 """The power surface that is looked at: its numbers by the power model, its postures, its files."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path

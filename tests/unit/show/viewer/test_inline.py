@@ -1,7 +1,5 @@
 """The preview in the output of a notebook: a frame of its own that needs no server, in a real browser too."""
 
-from __future__ import annotations
-
 import os
 import socket
 import sys

@@ -1,7 +1,5 @@
 """The simulation of a whole program in a real browser: its lines, views, panels, and stops at findings."""
 
-from __future__ import annotations
-
 import threading
 import time
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer

@@ -1,7 +1,5 @@
 """The stock in the page: as it is cut, at any time, and coloured by what is left in the end."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The stock of the preview in a real browser: shown, cut to and fro, coloured."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from support.browser import NEEDS_BROWSER, Browser
