@@ -33,10 +33,10 @@ def compiled(function: Callable[P, T]) -> Callable[P, T]:
 def inner(function: Callable[P, T]) -> Callable[P, T]:
     """Compile a function as a part of the compiled ones that call it; from Python it runs as it stands.
 
-    It needs no wrapper that takes records of arrays apart for Python, which is up to half of what there is to
-    compile, and no file of its own among the machine code.
+    It needs no wrapper that takes records of arrays apart, for Python or C, which is up to half of what there
+    is to compile, and no file of its own among the machine code.
     """
-    return cast("Callable[P, T]", register_jitable(error_model="numpy")(function))
+    return cast("Callable[P, T]", register_jitable(error_model="numpy", no_cfunc_wrapper=True)(function))
 
 
 def innermost(function: Callable[P, T]) -> Callable[P, T]:
@@ -45,7 +45,9 @@ def innermost(function: Callable[P, T]) -> Callable[P, T]:
     Counting those of each array that is taken out of a record takes longer than the arithmetic of a short
     function, where it isn't inlined.
     """
-    return cast("Callable[P, T]", register_jitable(error_model="numpy", _nrt=False)(function))
+    return cast(
+        "Callable[P, T]", register_jitable(error_model="numpy", no_cfunc_wrapper=True, _nrt=False)(function)
+    )
 
 
 def _kept(make: Callable[[bool], T]) -> T:

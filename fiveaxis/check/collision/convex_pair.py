@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fiveaxis.base import Array, IntArray, compiled
+from fiveaxis.base import Array, IntArray, inner, innermost
 
 Vector = tuple[float, float, float]
 
@@ -29,43 +29,43 @@ FLAT = 1e-14
 MOST_STEPS, MOST_CORNERS, MOST_FACES = 200, 256, 1024
 
 
-@compiled
+@innermost
 def dot(p: Vector, q: Vector) -> float:
     """Scalar product."""
     return p[0] * q[0] + p[1] * q[1] + p[2] * q[2]
 
 
-@compiled
+@innermost
 def minus(p: Vector, q: Vector) -> Vector:
     """Difference of two vectors."""
     return p[0] - q[0], p[1] - q[1], p[2] - q[2]
 
 
-@compiled
+@innermost
 def times(s: float, p: Vector) -> Vector:
     """Multiple of a vector."""
     return s * p[0], s * p[1], s * p[2]
 
 
-@compiled
+@innermost
 def cross(p: Vector, q: Vector) -> Vector:
     """Vector product."""
     return p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]
 
 
-@compiled
+@innermost
 def vector(rows: Array, k: int) -> Vector:
     """First three numbers of a row."""
     return rows[k, 0], rows[k, 1], rows[k, 2]
 
 
-@compiled
+@innermost
 def put(rows: Array, k: int, p: Vector) -> None:
     """Write a vector to a row."""
     rows[k, 0], rows[k, 1], rows[k, 2] = p
 
 
-@compiled
+@innermost
 def farthest(body: Array, d: Vector) -> Vector:
     """Farthest point of a body along a direction, in its own frame, mm."""
     flat = np.sqrt(d[0] * d[0] + d[1] * d[1])
@@ -78,7 +78,7 @@ def farthest(body: Array, d: Vector) -> Vector:
     return body[at, 0] + share * d[0], body[at, 1] + share * d[1], body[at, 2]
 
 
-@compiled
+@innermost
 def placed(pose: Array, p: Vector) -> Vector:
     """Point of the posed frame in the other one, mm."""
     x = pose[0, 0] * p[0] + pose[0, 1] * p[1] + pose[0, 2] * p[2] + pose[0, 3]
@@ -86,7 +86,7 @@ def placed(pose: Array, p: Vector) -> Vector:
     return x, y, pose[2, 0] * p[0] + pose[2, 1] * p[1] + pose[2, 2] * p[2] + pose[2, 3]
 
 
-@compiled
+@innermost
 def turned_back(pose: Array, d: Vector) -> Vector:
     """Direction in the posed frame."""
     x = pose[0, 0] * d[0] + pose[1, 0] * d[1] + pose[2, 0] * d[2]
@@ -94,13 +94,13 @@ def turned_back(pose: Array, d: Vector) -> Vector:
     return x, y, pose[0, 2] * d[0] + pose[1, 2] * d[1] + pose[2, 2] * d[2]
 
 
-@compiled
+@innermost
 def difference(a: Array, b: Array, pose: Array, d: Vector) -> Vector:
     """Farthest difference of a point of a and one of b along a direction, in a's frame, where b is posed."""
     return minus(farthest(a, d), placed(pose, farthest(b, turned_back(pose, times(-1.0, d)))))
 
 
-@compiled
+@innermost
 def weights_on(p: Vector, q: Vector, r: Vector) -> Vector:
     """Weights of the corners in the point of a triangle nearest to the origin (Ericson, 5.1.5)."""
     u, v = minus(q, p), minus(r, p)
@@ -128,7 +128,7 @@ def weights_on(p: Vector, q: Vector, r: Vector) -> Vector:
     return on_p / whole, on_q / whole, on_r / whole
 
 
-@compiled
+@innermost
 def same_side(p: Vector, q: Vector, r: Vector, s: Vector) -> bool:
     """Whether s and the origin are on one side of the plane of a triangle, beyond rounding."""
     u, v, w = minus(q, p), minus(r, p), minus(s, p)
@@ -138,7 +138,7 @@ def same_side(p: Vector, q: Vector, r: Vector, s: Vector) -> bool:
     return (here > 0.0 and there > rounding) or (here < 0.0 and there < -rounding)
 
 
-@compiled
+@inner
 def nearest_of(simplex: Array, n: int) -> tuple[int, Vector]:
     """Find the point of a simplex nearest to the origin, and keep the corners that carry it.
 
@@ -180,7 +180,7 @@ def nearest_of(simplex: Array, n: int) -> tuple[int, Vector]:
     return kept, point
 
 
-@compiled
+@inner
 def gap_bounds(a: Array, b: Array, pose: Array, near: float, far: float) -> tuple[float, float]:
     """Bound the gap between two bodies from below and above, mm, to `EXACT` of each other.
 
@@ -216,7 +216,7 @@ def gap_bounds(a: Array, b: Array, pose: Array, near: float, far: float) -> tupl
     return lower, upper
 
 
-@compiled
+@innermost
 def put_face(corners: Array, faces: IntArray, planes: Array, at: int, i: int, j: int, k: int) -> None:
     """Write a face of three corners with its plane: outward normal and height above the origin, mm."""
     faces[at, 0], faces[at, 1], faces[at, 2] = i, j, k
@@ -228,7 +228,7 @@ def put_face(corners: Array, faces: IntArray, planes: Array, at: int, i: int, j:
     planes[at, 3] = np.inf if flat else dot(normal, p) / size
 
 
-@compiled
+@innermost
 def first_corners(a: Array, b: Array, pose: Array, corners: Array) -> float:
     """Write the corners of a tetrahedron inside the differences; return a bound of the depth from above, mm.
 
@@ -258,7 +258,7 @@ def first_corners(a: Array, b: Array, pose: Array, corners: Array) -> float:
     return upper
 
 
-@compiled
+@innermost
 def grow(corners: Array, new: int, faces: IntArray, planes: Array, count: int, edges: IntArray) -> int:
     """Replace the faces that a new corner sees by those to their common border.
 
@@ -294,7 +294,7 @@ def grow(corners: Array, new: int, faces: IntArray, planes: Array, count: int, e
     return count + border
 
 
-@compiled
+@inner
 def overlap(a: Array, b: Array, pose: Array, floor: float) -> float:
     """Length of the shortest movement that parts two bodies, mm, to `EXACT_DEPTH` and never too short.
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fiveaxis.base import Array, BoolArray, IntArray, at_once, compiled, inner
+from fiveaxis.base import Array, BoolArray, IntArray, at_once, compiled, inner, innermost
 from fiveaxis.cam import STACK, TriangleTree
 from fiveaxis.model import Tool
 
@@ -220,38 +220,47 @@ def _slabs(triangles: Array, boxes: Array) -> tuple[Array, Array]:
     leaf = len(triangles) // leaves
     nodes, slabs = np.zeros((2 * leaves, 11)), np.zeros((len(triangles), 5))
     for t in range(len(triangles)):
-        a, b = triangles[t, 1] - triangles[t, 0], triangles[t, 2] - triangles[t, 0]
-        slabs[t, 0] = a[1] * b[2] - a[2] * b[1]
-        slabs[t, 1] = a[2] * b[0] - a[0] * b[2]
-        slabs[t, 2] = a[0] * b[1] - a[1] * b[0]
-        nodes[leaves + t // leaf, 6:9] += slabs[t, :3]
-        _set_slab(slabs[t], triangles[t : t + 1])
+        for c in range(3):
+            i, j = (c + 1) % 3, (c + 2) % 3
+            slabs[t, c] = (triangles[t, 1, i] - triangles[t, 0, i]) * (
+                triangles[t, 2, j] - triangles[t, 0, j]
+            )
+            slabs[t, c] -= (triangles[t, 1, j] - triangles[t, 0, j]) * (
+                triangles[t, 2, i] - triangles[t, 0, i]
+            )
+            nodes[leaves + t // leaf, 6 + c] += slabs[t, c]
+        _set_slab(slabs, t, 0, triangles, t, t + 1)
     for node in range(leaves - 1, 0, -1):
-        nodes[node, 6:9] = nodes[2 * node, 6:9] + nodes[2 * node + 1, 6:9]
+        for c in range(6, 9):
+            nodes[node, c] = nodes[2 * node, c] + nodes[2 * node + 1, c]
     for node in range(1, 2 * leaves):
-        nodes[node, :3] = (boxes[node, 0] + boxes[node, 1]) / 2.0
-        nodes[node, 3:6] = (boxes[node, 1] - boxes[node, 0]) / 2.0
+        for c in range(3):
+            nodes[node, c] = (boxes[node, 0, c] + boxes[node, 1, c]) / 2.0
+            nodes[node, 3 + c] = (boxes[node, 1, c] - boxes[node, 0, c]) / 2.0
         first, end = node, node + 1
         while first < leaves:
             first, end = 2 * first, 2 * end
-        _set_slab(nodes[node, 6:], triangles[(first - leaves) * leaf : (end - leaves) * leaf])
+        _set_slab(nodes, node, 6, triangles, (first - leaves) * leaf, (end - leaves) * leaf)
     return nodes, slabs
 
 
-@inner
-def _set_slab(slab: Array, triangles: Array) -> None:
-    """Set the slab, (5,), of triangles, (k, 3, 3) mm, whose normal of any length it has; one of 0 stays."""
-    length = np.sqrt(slab[0] * slab[0] + slab[1] * slab[1] + slab[2] * slab[2])
+@innermost
+def _set_slab(slabs: Array, row: int, first: int, triangles: Array, begin: int, end: int) -> None:
+    """Set a slab, in columns of a row from `first` on, of some of the triangles, (f, 3, 3) mm.
+
+    The row has its normal, of any length; one of length 0 stays.
+    """
+    x, y, z = slabs[row, first], slabs[row, first + 1], slabs[row, first + 2]
+    length = np.sqrt(x * x + y * y + z * z)
     if length == 0.0:
         return
-    slab[:3] /= length
-    low, high = np.inf, -np.inf
-    for t in range(len(triangles)):
+    x, y, z, low, high = x / length, y / length, z / length, np.inf, -np.inf
+    for t in range(begin, end):
         for k in range(3):
-            place = triangles[t, k]
-            along = slab[0] * place[0] + slab[1] * place[1] + slab[2] * place[2]
+            along = x * triangles[t, k, 0] + y * triangles[t, k, 1] + z * triangles[t, k, 2]
             low, high = min(low, along), max(high, along)
-    slab[3], slab[4] = (low + high) / 2.0, (high - low) / 2.0
+    slabs[row, first], slabs[row, first + 1], slabs[row, first + 2] = x, y, z
+    slabs[row, first + 3], slabs[row, first + 4] = (low + high) / 2.0, (high - low) / 2.0
 
 
 @compiled

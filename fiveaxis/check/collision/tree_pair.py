@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from fiveaxis.base import Array, IntArray, compiled
+from fiveaxis.base import Array, IntArray, compiled, innermost
 from fiveaxis.check.collision.convex_pair import TOUCHING, gap_bounds, overlap
 
 # Deep enough for any two trees: one pair of nodes waits at each of at most 62 levels of both.
 STACK = 128
 
 
-@compiled
+@innermost
 def box_bounds(a: Array, b: Array, pose: Array) -> tuple[float, float]:
     """Bound the gap between what two boxes hold from below, and its overlap from above, mm.
 
@@ -41,7 +41,7 @@ def box_bounds(a: Array, b: Array, pose: Array) -> tuple[float, float]:
     return float(np.sqrt(max(gap_a, gap_b))), over
 
 
-@compiled
+@innermost
 def push_children(
     boxes_a: Array, boxes_b: Array, pose: Array, sign: float, waiting: IntArray, bounds: Array, count: int
 ) -> int:

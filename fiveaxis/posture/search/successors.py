@@ -515,13 +515,17 @@ def _prices(problem: Problem, costs: BlockCosts, start: float) -> Prices:
         costs.standing, time[:, None], out=np.zeros_like(costs.standing), where=time[:, None] > 0.0
     )
     tie = np.divide(costs.standing, costs.step, out=np.zeros_like(costs.standing), where=costs.step > 0.0)
+    # In one order of memory, as the search is compiled for each that it's given.
+    standing, slope, starting = map(
+        np.ascontiguousarray, (costs.standing, costs.slope + TIE * tie, start * power)
+    )
     return Prices(
-        costs.standing,
-        costs.slope + TIE * tie,
+        standing,
+        slope,
         _inverse(costs.slow),
         _inverse(costs.measured),
         standing_speeds(machine) * time[:, None],
-        start * power,
+        starting,
         problem.bend_price,
         pace,
         time,
@@ -530,7 +534,7 @@ def _prices(problem: Problem, costs: BlockCosts, start: float) -> Prices:
 
 
 def _inverse(travel: Array) -> Array:
-    """Invert travels, (n, k); in one order of memory, as the search is compiled for each that it's given."""
+    """Invert travels, (n, k)."""
     return np.divide(1.0, travel, out=np.full(travel.shape, FULL_SPEED), where=travel > 0.0)
 
 

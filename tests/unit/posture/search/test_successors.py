@@ -16,6 +16,7 @@ from fiveaxis.cam import plan_contour
 from fiveaxis.model import BlockCosts, Limits, Toolpath, block_costs, feed_times, standing_speeds, tool_axes
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.search import successors
+from fiveaxis.posture.search.successor_kernel import advance
 from fiveaxis.posture.search.successors import Resolution, path_anywhere
 from fiveaxis.posture.search.successors import sampled as postures_of
 
@@ -84,6 +85,20 @@ def test_a_search_from_the_last_location_is_that_of_the_path_backwards(hayashi):
     turns = (found - other) / (2.0 * np.pi)
     np.testing.assert_allclose(turns, np.broadcast_to(np.round(turns[0]), turns.shape), atol=1e-12)
     assert problem.violation(found) <= ALLOWED
+
+
+def test_a_search_of_some_locations_runs_the_loops_compiled_for_all_of_them(hayashi):
+    """Numba compiles them anew, for seconds, where an array lies in memory in another order."""
+    problem, costs = problem_of(sampled(SHAPES["wave"], 60, rings=1), hayashi)
+    rows = np.arange(0, 60, 2)
+    for there, prices in (
+        (problem, costs),
+        (problem.thinned(rows), costs.thinned(rows)),
+        (problem.between(10, 40), costs.between(10, 40)),
+    ):
+        for backwards in (False, True):
+            path_anywhere(there, prices, replace(ANYWHERE, backwards=backwards))
+    assert len(advance.signatures) == 1
 
 
 @pytest.mark.parametrize("shape", ["bowl", "blade"])
