@@ -59,10 +59,12 @@ def calibrate(
     """
     with errors_explained(as_json) as written:
         with shown_work(err, hidden=as_json) as work:
-            from fiveaxis.base import require_suffix
+            from fiveaxis.base import InputError, require_file, require_suffix
             from fiveaxis.lab import calibrate_drive
             from fiveaxis.show import DRAWN_SUFFIXES
 
+            for log in (*logs, *(hold_out or ())):
+                require_file(log, InputError)
             suffixes = [
                 require_suffix(p, (BLOCK, *DRAWN_SUFFIXES), "a block, table or figure") for p in output or ()
             ]

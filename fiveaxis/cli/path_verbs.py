@@ -271,11 +271,14 @@ def job_of(options: Mapping[str, Any]) -> Job:
 
 @contextmanager
 def job_work(*, hidden: bool = False) -> Iterator[Work]:
-    """Show the work on a job, imports included, and say at its end how long it took."""
+    """Show the work on a job, imports included, and say at its end how long it took.
+
+    That loops are compiled is said once the input is read: wrong input is told without.
+    """
     with shown_work(err, hidden=hidden) as work:
         from fiveaxis.posture import advance
 
-        print_first_run(advance)
+        work.when_read = partial(print_first_run, advance)
         yield work
     err.print(f"done in {work.elapsed:.1f} s")
 

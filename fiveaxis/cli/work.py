@@ -24,7 +24,7 @@ from rich.progress import Progress as ProgressLine
 from rich.table import Column
 from rich.text import Text
 
-from fiveaxis.base import Meter, Progress, ProgressReport
+from fiveaxis.base import STAGES, Meter, Progress, ProgressReport
 
 logger = logging.getLogger(__name__)
 
@@ -70,8 +70,9 @@ class Work:
         name, bar = TextColumn("{task.description}", markup=False), BarColumn(bar_width=WIDTH)
         self.line = ProgressLine(SpinnerColumn(), name, bar, Times(self), get_time=clock)
         self._task, self._stage = self.line.add_task("starting", total=None), "starting"
-        # Draws the line at once.
+        # Draws the line at once; called once, when the first stage after reading begins.
         self.draw: Callable[[], object] = lambda: None
+        self.when_read: Callable[[], object] | None = None
 
     @property
     def elapsed(self) -> float:
@@ -104,6 +105,9 @@ class Work:
         self.line.update(self._task, description=report.stage, total=total, completed=report.share or 0.0)
         if report.stage != self._stage:
             self._stage = report.stage
+            if self.when_read is not None and report.id != STAGES["read"].id:
+                self.when_read()
+                self.when_read = None
             logger.info("%s", report.stage)
             # At once: a library may hold Python's lock for seconds, and the line would show the stage before.
             self.draw()

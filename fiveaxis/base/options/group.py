@@ -167,7 +167,7 @@ def _is_of(kind: Any, value: Any) -> bool:
             return all(_is_of(parts[0], each) for each in value)
         return len(value) == len(parts) and all(map(_is_of, parts, value))
     if get_origin(kind) is Mapping:
-        return isinstance(value, Mapping)
+        return isinstance(value, Mapping) and all(_is_of(get_args(kind)[1], each) for each in value.values())
     return True
 
 
@@ -253,6 +253,7 @@ def keywords_of(record: Callable[P, R]) -> Spread[P, R]:
         *own, last = inspect.signature(function).parameters.values()
         keywords = inspect.signature(record).parameters.values()
         known = [each.name for each in (*own, *keywords)]
+        required = [each.name for each in keywords if each.default is each.empty]
 
         @wraps(function)
         def call(*args: Any, **given: Any) -> Any:
@@ -261,6 +262,9 @@ def keywords_of(record: Callable[P, R]) -> Spread[P, R]:
                 near = difflib.get_close_matches(wrong, known, n=1)
                 hint = f"; did you mean {near[0]!r}?" if near else ""
                 raise TypeError(f"{function.__name__}() got an unexpected keyword argument {wrong!r}{hint}")
+            lacking = next((name for name in required if name not in given), None)
+            if lacking is not None:
+                raise TypeError(f"{function.__name__}() misses the keyword argument {lacking!r}")
             named = {each.name: given.pop(each.name) for each in own if each.name in given}
             return function(*args, **named, **{last.name: group(**given)})
 

@@ -24,7 +24,7 @@ from fiveaxis.job.batch.record import ORDER, Listener, Row, Status
 from fiveaxis.job.batch.run import Batch, run_batch
 from fiveaxis.job.batch.tasks import QueuedJob
 from fiveaxis.lab import Factors
-from fiveaxis.model import READERS, machine_names
+from fiveaxis.model import READERS, load_machine, machine_names
 
 REPORT, JOB = "report.json", "job.toml"
 # How many setups are tried on each machine where the job doesn't say.
@@ -265,11 +265,15 @@ def compare(
     ------
     SettingError
         Fewer than two machines, or two of one name; as `run_batch`.
+    MachineError
+        A machine that doesn't exist or can't be read: nothing is run.
     """
     names = list(dict.fromkeys(_named(machines)))
     if len(names) < 2:
         raise SettingError(f"machines: {', '.join(names) or 'none'}; name at least two, or all")
     _require_names(names)
+    for name in names:
+        load_machine(name)
     data = read_document(Path(job), JobError)[1]
     priced = _factors(data.get("factors"), options)
     searched = isinstance(data.get("setup"), dict) and "search" in data["setup"]

@@ -181,7 +181,7 @@ class Valley(PostureMap, Drawn):
 
 def tip_surface(
     machine: Machine | str | Path,
-    tip: ArrayLike,
+    tip: ArrayLike | None = None,
     feed_mm_min: float = 1000.0,
     *,
     normal: ArrayLike | None = None,
@@ -193,7 +193,7 @@ def tip_surface(
     Parameters
     ----------
     machine : two rotary and three linear axes with drives; or its name or file
-    tip : (3,), mm, workpiece frame
+    tip : (3,), mm, workpiece frame; required
     normal : (3,), of any length, out of the material; for `tilt`
     tilt : deg, smallest and largest angle between tool axis and normal
     step_deg : step of the grid
@@ -203,9 +203,11 @@ def tip_surface(
     MachineError
         The power of an axis isn't known.
     SettingError
-        A tip or normal that isn't three numbers, a tilt without a normal or the reverse, a bound or the step
-        out of its range.
+        No tip; a tip or normal that isn't three numbers, a tilt without a normal or the reverse, a bound or
+        the step out of its range.
     """
+    if tip is None:
+        raise SettingError("tip is missing; give the place of the tool's tip, (x, y, z) mm, workpiece frame")
     machine = take_machine(machine)
     require_orienting(machine)
     _require_step(step_deg)

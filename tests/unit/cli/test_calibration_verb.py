@@ -57,6 +57,12 @@ def test_the_block_goes_to_a_file_that_completes_a_machine_file(log, tmp_path):
     assert drive.plus == pytest.approx((1.2, 40.0), rel=0.03)
 
 
+def test_a_log_that_isnt_there_is_told_before_options_that_dont_fit_it(tmp_path):
+    result = run(tmp_path / "none.csv", "--axis", "Q", "--model", "none", *AFFINE[4:])
+    assert result.exit_code == 2
+    assert result.stderr.strip() == f"error: {tmp_path / 'none.csv'}: no such file"
+
+
 def test_json_is_one_document_and_nothing_else(log):
     result = run(log, *AFFINE, "--json")
     document = json.loads(result.stdout)

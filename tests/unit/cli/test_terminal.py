@@ -44,6 +44,17 @@ def test_the_first_run_says_that_it_compiles_until_something_compiled_is_kept(tm
     assert capsys.readouterr().err == ""
 
 
+@pytest.mark.parametrize(
+    "words", [("optimise", "none.toml"), ("preview", "none.toml"), ("surface", "none.toml")]
+)
+def test_wrong_input_is_told_before_loops_are_compiled(tmp_path, monkeypatch, words):
+    monkeypatch.setattr("fiveaxis.cli.path_verbs.print_first_run", lambda _: pytest.fail("said to compile"))
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(app, words)
+    assert result.exit_code == 2
+    assert result.stderr == "error: none.toml: no such file\n"
+
+
 def test_a_compiled_loop_says_where_it_is_kept():
     assert advance.stats.cache_path is not None
 

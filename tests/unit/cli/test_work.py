@@ -5,6 +5,7 @@ import io
 import pytest
 from rich.console import Console
 
+from fiveaxis.base import STAGES
 from fiveaxis.cli.work import Work, shown_work
 
 
@@ -45,6 +46,16 @@ def test_the_line_tells_how_long_work_of_one_stage_still_takes_and_forgets_it_wi
     assert "about 0:00:10 more" in line(work)
     work.step("refining", 0, 7)
     assert "more" not in line(work)
+
+
+def test_what_waits_for_the_input_is_called_once_when_the_next_stage_begins():
+    work, said = Work(), []
+    work.when_read = lambda: said.append("read")
+    work.step(STAGES["read"], 0, 1)
+    assert said == []
+    work.step(STAGES["plan"], 0, 2)
+    work.step(STAGES["search"], 0, 1)
+    assert said == ["read"]
 
 
 def test_the_line_is_one_line_however_narrow_the_terminal():

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 import fiveaxis.base.options as every_group
-from fiveaxis.base import Bounds, Search, Workpiece, keywords_of, options_of, with_default
+from fiveaxis.base import Bounds, Reading, Search, Workpiece, keywords_of, options_of, with_default
 from fiveaxis.base.errors import SettingError
 from fiveaxis.base.options.group import Group, option
+from fiveaxis.lab import calibrate_drive
 
 GROUPS = [
     group for group in vars(every_group).values() if isinstance(group, type) and issubclass(group, Group)
@@ -49,6 +50,7 @@ def test_every_field_of_a_group_is_an_option_with_a_sentence(group):
         (lambda: Bounds(tilt=(0.0, float("inf"))), "tilt = inf deg is out of range; give a finite number"),
         (lambda: Bounds(singular_cone=90.0), "singular_cone = 90 deg is out of range; give less than 90 deg"),
         (lambda: replace(Workpiece(), gouge_tolerance=0.0), "give more than 0 mm"),
+        (lambda: Reading(zero={"X": "18"}), "^zero = {'X': '18'} is of the wrong kind"),
     ],
 )
 def test_a_wrong_value_is_refused_when_the_record_is_made(make, fault):
@@ -66,6 +68,11 @@ def test_a_group_takes_the_fields_of_records_and_the_last_one_wins():
     assert (found.tilt, found.max_turn, found.feed) == ((1.0, 2.0), 5.0, 3.0)
     assert Bounds.of(found, Bounds(cone=4.0)).cone == 4.0
     assert Cutting.of(Search()) == Cutting()
+
+
+def test_a_keyword_that_is_missing_is_named_as_one_of_the_function():
+    with pytest.raises(TypeError, match=r"^calibrate_drive\(\) misses the keyword argument 'power'"):
+        calibrate_drive("log.csv", axis="X", model="friction")
 
 
 def test_keywords_become_the_record_and_positions_may_be_named():

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
-from fiveaxis.base.errors import SettingError
+from fiveaxis.base.errors import JobError, MachineError, SettingError
 from fiveaxis.cli.commands import app
 from fiveaxis.job import MachineComparison, Row, compare, read_job
 from fiveaxis.job.batch.machines import Candidate
@@ -66,18 +66,25 @@ def test_a_machine_that_cant_is_no_rival_and_one_that_can_is_enough():
     assert "No machine" in compared(cannot).claims[0]
 
 
+def test_a_misspelt_machine_is_one_error_before_anything_runs(write_job, tmp_path):
+    with pytest.raises(MachineError, match="unknown machine 'dmu50'; did you mean dmu50ev"):
+        compare(write_job("cup"), ["hayashi-640123", "dmu50"], tmp_path / "out")
+    with pytest.raises(JobError, match=r"cap\.toml: no such file"):
+        compare(tmp_path / "cap.toml", ["hayashi-640123", "dmu50ev"], tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
 def test_every_machine_has_a_row_with_its_reason_and_no_duplicates(write_job, pretended, tmp_path):
     job = write_job("cup")
-    names = ["hayashi-640123", "dmu50ev", "hayashi-640123", "nosuch"]
+    names = ["hayashi-640123", "dmu50ev", "hayashi-640123"]
     done = compare(job, names, tmp_path / "out", workers=1)
     ends = {c.machine: str(c.row.status) for c in done.candidates}
-    assert ends == {"hayashi-640123": "fine", "dmu50ev": "fine", "nosuch": "wrong input"}
-    assert "nosuch" in done.candidates[-1].row.message
+    assert ends == {"hayashi-640123": "fine", "dmu50ev": "fine"}
     assert done.candidates[0].energy == pytest.approx((900.0, 1200.0))
     assert "measure the power of X on" in done.claims[0]
     assert done.candidates[0].row.values["setup.search"]["auto"]
     page = (tmp_path / "out/machines.html").read_text()
-    assert all(words in page for words in ("X0 Y0 Z0", "X 100.0 mm", "nosuch"))
+    assert all(words in page for words in ("X0 Y0 Z0", "X 100.0 mm"))
     again = read_job(tmp_path / "out/cup/machine=dmu50ev/job.toml")
     assert (again.machine, again.setup.offset, again.setup.search) == ("dmu50ev", (0.0, 0.0, 0.0), None)
 

@@ -93,6 +93,8 @@ def test_a_tip_without_bounds_is_limited_by_the_axes_alone(hayashi):
     assert "admissible" not in free.columns()
     with pytest.raises(SettingError, match="tilt needs normal too"):
         fx.tip_surface(hayashi, TIP, FEED, tilt=(15, 75))
+    with pytest.raises(SettingError, match=r"^tip is missing; give"):
+        fx.tip_surface(hayashi)
     with pytest.raises(SettingError, match="the normal has length 0"):
         fx.tip_surface(hayashi, TIP, FEED, normal=(0, 0, 0), tilt=(15, 75))
     with pytest.raises(SettingError, match="the tip must be three finite numbers"):
