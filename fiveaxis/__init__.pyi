@@ -9,11 +9,9 @@ from .check import Report as Report
 from .check import verify as verify
 from .job import Solution as Solution
 from .job import compare as compare
-from .job import cutting_power as cutting_power
 from .job import look as look
 from .job import optimise as optimise
 from .job import post_program as post_program
-from .job import program_energy as program_energy
 from .job import revise_program as revise_program
 from .job import run_batch as run_batch
 from .job import show_program as show_program
@@ -21,7 +19,9 @@ from .job import verify_program as verify_program
 from .job import write_program as write_program
 from .lab import PowerSurface as PowerSurface
 from .lab import calibrate_drive as calibrate_drive
+from .lab import cutting_power as cutting_power
 from .lab import power_surface as power_surface
+from .lab import program_energy as program_energy
 from .model import Energy as Energy
 from .model import Machine as Machine
 from .model import Motion as Motion

@@ -28,7 +28,7 @@ from fiveaxis.cli.verify_verb import PROGRAM, operations_apart, reading_of, set_
 from fiveaxis.cli.work import shown_work
 
 if TYPE_CHECKING:
-    from fiveaxis.job import ProgramEnergy
+    from fiveaxis.lab import ProgramEnergy
     from fiveaxis.model import Machine
 
 # Blocks of the table on the terminal: to lay out a million would take half an hour.
@@ -80,7 +80,7 @@ def energy(
     with errors_explained(as_json) as written:
         with shown_work(err, hidden=as_json) as work:
             from fiveaxis.base import ToolpathError, require_file, require_suffix
-            from fiveaxis.job import Pricing, price_program
+            from fiveaxis.lab import Pricing, price_program
             from fiveaxis.model import parse_tool
             from fiveaxis.nc import load_source
             from fiveaxis.show import DRAWN_SUFFIXES

@@ -7,7 +7,7 @@
   clear of collisions), `solution`, `results` (its files), `unfinished` (what an interrupted one goes on
   from);
 - programs: `planned_program` (motion), `program` (text, read back and verified), `release` (the release
-  gate), `posting` (programs of motions and of other programs), `verifying` (any program), `program_costs`;
+  gate), `posting` (programs of motions and of other programs), `verifying` (any program);
 - a user's own program: `revised_program` (its operations, one by one), `in_place` (postures in the lines of
   one, verified and priced), `program_choice` (what is worth replacing it), `verifying` (shown as it is).
 - `batch`: many jobs on many processes or computers.

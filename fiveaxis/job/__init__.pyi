@@ -27,11 +27,6 @@ from .look import look as look
 from .posting import Posted as Posted
 from .posting import post_program as post_program
 from .posting import write_program as write_program
-from .process import cutting_power as cutting_power
-from .program_costs import Pricing as Pricing
-from .program_costs import ProgramEnergy as ProgramEnergy
-from .program_costs import price_program as price_program
-from .program_costs import program_energy as program_energy
 from .program_options import ProgramOptions as ProgramOptions
 from .reading import choose_search as choose_search
 from .reading import make_job as make_job

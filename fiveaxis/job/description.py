@@ -30,6 +30,7 @@ from fiveaxis.base import (
 )
 from fiveaxis.check import ClearanceTable, FixtureTable
 from fiveaxis.job.program_options import ProgramOptions
+from fiveaxis.lab import ProcessTable
 from fiveaxis.model import Constraints, parse_tool, require_range, tools_by_number
 from fiveaxis.nc import ProgramSettings, find_dialect
 
@@ -123,40 +124,6 @@ class FixtureFile(StrictModel):
 
     fixture: tuple[FixtureTable, ...] = ()
     clearance: ClearanceTable | None = None
-
-
-class ProcessTable(StrictModel):
-    """The cut, the same along the whole path; for the energy of the whole job and `fiveaxis energy`."""
-
-    spindle_rpm: float = Field(gt=0.0, description="speed of the spindle, rev/min", examples=[8000])
-    teeth: int = Field(ge=1, description="teeth of the cutter, or lips of the drill", examples=[2])
-    helix: float = Field(0.0, gt=-90.0, lt=90.0, description="helix angle of the teeth, deg")
-    depth: float | None = Field(
-        None, ge=0.0, description="depth of cut along the surface normal, mm; of end mills", examples=[0.3]
-    )
-    width: float | None = Field(
-        None, ge=0.0, description="distance of the passes, mm; of end mills", examples=[0.5]
-    )
-    web: float | None = Field(
-        None, ge=0.0, description="diameter of a drill's core, mm; 0 by default", examples=[1.5]
-    )
-    feed_force: float | None = Field(
-        None, ge=0.0, description="force of the cut against the feed, N; of end mills", examples=[60]
-    )
-    tangential: float = Field(gt=0.0, description="cutting coefficient K_tc, N/mm2", examples=[800])
-    tangential_edge: float = Field(0.0, ge=0.0, description="edge coefficient K_te, N/mm")
-    thrust: float | None = Field(
-        None, ge=0.0, description="thrust coefficient K_zc, N/mm2; of drills", examples=[1500]
-    )
-    thrust_edge: float = Field(0.0, ge=0.0, description="thrust's edge coefficient K_ze, N/mm; of drills")
-    basis: Literal["measured", "fitted", "assumed"] = Field(
-        description="what the coefficients rest on", examples=["assumed"]
-    )
-    source: str = Field(
-        min_length=1,
-        description="where the coefficients come from, or why they are assumed",
-        examples=["where the coefficients come from"],
-    )
 
 
 class _Sourced(StrictModel):

@@ -14,9 +14,9 @@ from fiveaxis.check import Against, check_read
 from fiveaxis.job.description import Job
 from fiveaxis.job.loading import operation_text, stated_control
 from fiveaxis.job.program import MadeProgram
-from fiveaxis.job.program_costs import Pricing, ProgramEnergy, price_program, word_rounding
 from fiveaxis.job.release import Gate
 from fiveaxis.job.solution import Solution
+from fiveaxis.lab import Pricing, ProgramEnergy, price_program, word_rounding
 from fiveaxis.model import (
     Energy,
     Fill,

@@ -22,10 +22,9 @@ from fiveaxis.check import (
     verify_text,
 )
 from fiveaxis.job.planned_program import PlannedProgram, may_thin, plan_program
-from fiveaxis.job.program_costs import price_program, word_rounding
 from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.job.release import Gate
-from fiveaxis.lab import Engaged
+from fiveaxis.lab import Engaged, price_program, word_rounding
 from fiveaxis.model import (
     AXIS_TOLERANCE,
     PATH_TOLERANCE,

@@ -28,11 +28,11 @@ from fiveaxis.base import (
 from fiveaxis.job.description import Job, Trade
 from fiveaxis.job.in_place import timed_reading
 from fiveaxis.job.loading import load_job_machine, operation_text, program_machine, revises
-from fiveaxis.job.program_costs import Pricing, price_program
 from fiveaxis.job.reading import make_job
 from fiveaxis.job.setup_choice import run_job
 from fiveaxis.job.stages import Outcome
 from fiveaxis.job.task import resolve
+from fiveaxis.lab import Pricing, price_program
 from fiveaxis.model import Energy, Machine, Operation, Tool, tools_by_number
 from fiveaxis.nc import (
     OperationText,

@@ -21,10 +21,9 @@ from fiveaxis.job.loading import (
     stated_control,
 )
 from fiveaxis.job.placement import place, with_ranges, with_usual_cone
-from fiveaxis.job.process import make_process
 from fiveaxis.job.reading import require_input
 from fiveaxis.job.solution import Solution
-from fiveaxis.lab import Factors, Process
+from fiveaxis.lab import Factors, Process, make_process
 from fiveaxis.model import Clock, Constraints, Machine, Toolpath, require_stated, require_touching
 from fiveaxis.nc import WordWriter
 from fiveaxis.posture import Optimum, Options

@@ -29,8 +29,8 @@ from fiveaxis.check import (
     check_program,
 )
 from fiveaxis.job.look import standing
-from fiveaxis.job.program_costs import Pricing, price_program
 from fiveaxis.job.program_options import ProgramOptions
+from fiveaxis.lab import Pricing, price_program
 from fiveaxis.model import (
     Constraints,
     Machine,

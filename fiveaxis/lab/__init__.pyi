@@ -11,6 +11,17 @@ from .cutting.engagement import STEP as STEP
 from .cutting.engagement import CutCourse as CutCourse
 from .cutting.engagement import EndMill as EndMill
 from .cutting.engagement import Engaged as Engaged
+from .cutting.process import ProcessTable as ProcessTable
+from .cutting.process import cutting_power as cutting_power
+from .cutting.process import make_process as make_process
+from .pricing.programs import Pricing as Pricing
+from .pricing.programs import ProgramEnergy as ProgramEnergy
+from .pricing.programs import price_program as price_program
+from .pricing.programs import program_energy as program_energy
+from .pricing.programs import word_rounding as word_rounding
+from .pricing.slow import SlowPlace as SlowPlace
+from .pricing.slow import late_times as late_times
+from .pricing.slow import slow_places as slow_places
 from .surface.surface import PowerSurface as PowerSurface
 from .surface.surface import posture_costs as posture_costs
 from .surface.surface import power_surface as power_surface

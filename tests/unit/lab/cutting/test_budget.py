@@ -15,11 +15,11 @@ from fiveaxis.check.stock.cutting import cut_stock
 from fiveaxis.check.stock.sources import load_stock
 from fiveaxis.cli.commands import app
 from fiveaxis.job import read_job
-from fiveaxis.job.process import make_process
 from fiveaxis.lab import CutCourse, CuttingCoefficients, EndMill, Engaged, Factors, Process, job_budget
 from fiveaxis.lab.cutting.budget import cutting_energies
 from fiveaxis.lab.cutting.cutting_forces import mean_cutting_power
 from fiveaxis.lab.cutting.engagement import Cut, removal_rate
+from fiveaxis.lab.cutting.process import make_process
 from fiveaxis.model import Machine, Motion, MoveKind, Provenance, Tool, motion_energy, parse_tool
 
 # Wang et al. (2019): idle 0.0003 n² + 0.0524 n + 1221 W, n in rev/min; C0 = 0.1336.

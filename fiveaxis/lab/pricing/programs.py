@@ -26,8 +26,8 @@ from fiveaxis.base import (
     group_findings,
     keywords_of,
 )
-from fiveaxis.job.process import ProcessFigures, make_process, read_process
-from fiveaxis.lab import Budget, Process, job_budget
+from fiveaxis.lab.cutting.budget import Budget, Process, job_budget
+from fiveaxis.lab.cutting.process import ProcessFigures, make_process, read_process
 from fiveaxis.model import (
     Energy,
     Limiting,
