@@ -1,6 +1,7 @@
 """What every house stands on: errors, findings, options, files, vectors; nothing of it knows a machine.
 
-- errors and what is told: `errors` (the tree), `findings`, `codes` (every code with its meaning), `progress`;
+- errors and what is told: `errors` (the tree), `findings`, `codes` (every code with its meaning), `progress`,
+  `interrupted` (what an interrupted job has found);
 - what users say: `options` (each option once), `settings` (strict TOML), `files` (whole or not at all);
 - numbers: `geometry` (vectors, rotations, intervals), `compiling` (how loops are compiled), `threads`;
 - `notebook`: how objects show in a notebook.

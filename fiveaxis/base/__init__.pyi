@@ -33,6 +33,7 @@ from .files import MOST_MESH_BYTES as MOST_MESH_BYTES
 from .files import MOST_PATH_BYTES as MOST_PATH_BYTES
 from .files import columns_text as columns_text
 from .files import csv_text as csv_text
+from .files import filled_folder as filled_folder
 from .files import hash_input as hash_input
 from .files import is_file as is_file
 from .files import kept_by_file as kept_by_file
@@ -40,10 +41,9 @@ from .files import persistently as persistently
 from .files import read_input as read_input
 from .files import remove_leftovers as remove_leftovers
 from .files import require_file as require_file
+from .files import require_folder as require_folder
 from .files import require_new as require_new
 from .files import require_suffix as require_suffix
-from .files import temporary_folder as temporary_folder
-from .files import unwritable as unwritable
 from .files import write_atomically as write_atomically
 from .findings import JOB as JOB
 from .findings import MACHINE_FILE as MACHINE_FILE
@@ -80,6 +80,7 @@ from .geometry.vectors import perpendicular as perpendicular
 from .geometry.vectors import product as product
 from .geometry.vectors import rotation_matrix as rotation_matrix
 from .geometry.vectors import translation as translation
+from .interrupted import resumable as resumable
 from .notebook import HasColumns as HasColumns
 from .notebook import ShownAsTable as ShownAsTable
 from .notebook import Table as Table
@@ -133,7 +134,6 @@ from .progress import CHOOSING as CHOOSING
 from .progress import STAGES as STAGES
 from .progress import UNKEPT as UNKEPT
 from .progress import Checkpoint as Checkpoint
-from .progress import Found as Found
 from .progress import Meter as Meter
 from .progress import Progress as Progress
 from .progress import ProgressReport as ProgressReport

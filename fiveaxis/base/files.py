@@ -10,13 +10,15 @@ import io
 import os
 import platform
 import shutil
+import signal
 import stat
+import threading
 import time
 import uuid
 import zlib
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from functools import lru_cache, wraps
+from functools import lru_cache, partial, wraps
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -302,6 +304,89 @@ def temporary_folder(parent: Path) -> Iterator[Path]:
         yield made
     finally:
         shutil.rmtree(made, ignore_errors=True)
+
+
+def require_folder(folder: Path) -> Path:
+    """Raise unless a folder for results can be made and written; called before the work.
+
+    Returns
+    -------
+    The folder, or the nearest one above it that exists.
+
+    Raises
+    ------
+    SettingError
+        A file of that name, no permission.
+    """
+    try:
+        there = next(above for above in (folder, *folder.absolute().parents) if above.exists())
+        if not there.is_dir():
+            raise SettingError("is a file; name a folder for the results", file=there)
+        with temporary_folder(there):
+            # An earlier run, which made this folder, may have left something in the one above.
+            remove_leftovers(there.parent)
+            return there
+    except OSError as fault:
+        raise unwritable(folder, fault) from None
+
+
+@contextmanager
+def filled_folder(folder: Path, stale: Sequence[Path] = ()) -> Iterator[tuple[Path, list[Path]]]:
+    """Give a temporary folder and a list for its files, which are moved into a folder in the end.
+
+    Parameters
+    ----------
+    folder : is made if it is missing
+    stale : files in it that are removed then, with the folders that this leaves empty
+
+    Raises
+    ------
+    SettingError
+        The folder can't be made or written.
+    """
+    made: list[Path] = []
+    try:
+        with temporary_folder(require_folder(folder)) as temporary:
+            yield temporary, made
+            made[:] = _move_in(made, temporary, folder, stale)
+    except OSError as fault:
+        raise unwritable(folder, fault) from None
+
+
+def _move_in(made: Sequence[Path], source: Path, folder: Path, stale: Sequence[Path]) -> list[Path]:
+    """Move finished files into a folder, in place of those of an earlier run."""
+    targets = [folder / path.relative_to(source) for path in made]
+    taken = next((path for path in (*targets, *stale) if path.is_dir()), None)
+    if taken is not None:
+        raise SettingError("is a folder, and a file of that name is to be written", file=taken)
+    with undisturbed():
+        for inner in {folder, *(target.parent for target in targets)}:
+            inner.mkdir(parents=True, exist_ok=True)
+        for path in stale:
+            persistently(partial(path.unlink, missing_ok=True))
+        moved = [
+            persistently(partial(path.replace, target)) for path, target in zip(made, targets, strict=True)
+        ]
+        emptied = {inner for path in stale for inner in path.parents if folder in inner.parents}
+        for inner in sorted(emptied, reverse=True):
+            if inner.is_dir() and not any(inner.iterdir()):
+                inner.rmdir()
+        return moved
+
+
+@contextmanager
+def undisturbed() -> Iterator[None]:
+    """Ignore Ctrl-C for a moment: it would leave files of two runs side by side."""
+    before = signal.getsignal(signal.SIGINT)
+    # Only the main thread receives Ctrl-C, and only it may set the handler.
+    if threading.current_thread() is not threading.main_thread() or before is None:
+        yield
+        return
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _temporary_name() -> str:

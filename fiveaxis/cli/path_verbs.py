@@ -133,11 +133,10 @@ def optimise(
     """Optimise the tool posture of every cutter location; write verified NC, motion, report and preview."""
     with errors_explained(as_json) as written:
         with job_work(hidden=as_json) as work:
+            from fiveaxis.base import require_folder, resumable
             from fiveaxis.job import (
                 digest_job,
-                require_folder,
                 resolve,
-                resumable,
                 run_task,
                 takes_operations,
                 withdrawing,

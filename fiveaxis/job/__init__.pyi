@@ -12,6 +12,7 @@ from .batch.run import run_batch as run_batch
 from .clearing import optimise as optimise
 from .description import Job as Job
 from .description import PlanTable as PlanTable
+from .digest import digest_job as digest_job
 from .guide import list_entries as list_entries
 from .guide import write_starter as write_starter
 from .loading import is_mesh as is_mesh
@@ -35,7 +36,6 @@ from .reading import read_job as read_job
 from .reading import require_input as require_input
 from .release import Gate as Gate
 from .results import clear_postures as clear_postures
-from .results import require_folder as require_folder
 from .results import withdrawing as withdrawing
 from .results import write_outcome as write_outcome
 from .results import write_revised as write_revised
@@ -50,8 +50,6 @@ from .setup_choice import run_task as run_task
 from .solution import Solution as Solution
 from .stages import Outcome as Outcome
 from .task import resolve as resolve
-from .unfinished import digest_job as digest_job
-from .unfinished import resumable as resumable
 from .verifying import Checking as Checking
 from .verifying import Showing as Showing
 from .verifying import show_operations as show_operations

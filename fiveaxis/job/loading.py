@@ -21,10 +21,18 @@ from fiveaxis.base import (
     read_document,
     unheard,
 )
-from fiveaxis.cam import Plan, PlanOptions, PlanReport, load_mesh, path_quality, plan_passes, read_solid
+from fiveaxis.cam import (
+    Plan,
+    PlanOptions,
+    PlanReport,
+    find_settled_contacts,
+    load_mesh,
+    path_quality,
+    plan_passes,
+    read_solid,
+)
 from fiveaxis.check import Surroundings, names_file
 from fiveaxis.job.description import TOOL_FILE, Job
-from fiveaxis.job.part_evidence import find_settled_contacts
 from fiveaxis.job.reading import require_input
 from fiveaxis.lab import Factors
 from fiveaxis.model import (

@@ -19,7 +19,6 @@ from fiveaxis.check import (
     check_text,
     make_report,
 )
-from fiveaxis.job.kept import stated_settings, with_stated
 from fiveaxis.job.program import MadeProgram, Verdict, compose_verified, make_program
 from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.job.release import Gate, require_report
@@ -44,8 +43,10 @@ from fiveaxis.nc import (
     load_text,
     require_motion,
     set_up_as_stated,
+    stated_settings,
     trace_tool,
     with_feeds_of,
+    with_stated,
 )
 from fiveaxis.show import describe_input
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import signal
-import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -13,13 +11,10 @@ from fiveaxis.base import (
     STAGES,
     Infeasible,
     Progress,
-    SettingError,
     Unverified,
+    filled_folder,
     persistently,
-    remove_leftovers,
-    temporary_folder,
     unheard,
-    unwritable,
     within,
     write_atomically,
 )
@@ -58,7 +53,7 @@ def write_outcome(outcome: Outcome, folder: Path, progress: Progress = unheard) 
     SettingError
         The folder can't be made or written.
     """
-    with _filled(folder) as (temporary, made):
+    with filled_folder(folder, _stale(folder)) as (temporary, made):
         made += _make_files(outcome, temporary, progress)
         if isinstance(outcome, FrontOutcome):
             made.append(write_front_figure(outcome.front, temporary / "front.svg"))
@@ -75,7 +70,7 @@ def write_revised(made: RevisedProgram, folder: Path, progress: Progress = unhea
 
     The files of an operation are in a folder named by its number. All else is as for `write_outcome`.
     """
-    with _filled(folder) as (temporary, files):
+    with filled_folder(folder, _stale(folder)) as (temporary, files):
         for number, outcome in made.outcomes.items():
             inner = temporary / f"{OPERATION}{number}"
             inner.mkdir()
@@ -85,18 +80,6 @@ def write_revised(made: RevisedProgram, folder: Path, progress: Progress = unhea
             suffix = next(iter(made.outcomes.values())).program.text.suffix
             files.append(write_atomically(temporary / f"program{suffix}", made.data))
     return files
-
-
-@contextmanager
-def _filled(folder: Path) -> Iterator[tuple[Path, list[Path]]]:
-    """Give a temporary folder, and a list for its files, which are moved into a folder at the end."""
-    made: list[Path] = []
-    try:
-        with temporary_folder(require_folder(folder)) as temporary:
-            yield temporary, made
-            made[:] = _move_in(made, temporary, folder)
-    except OSError as fault:
-        raise unwritable(folder, fault) from None
 
 
 @contextmanager
@@ -128,73 +111,17 @@ def _earlier(folder: Path) -> list[Path]:
     return solutions + sorted(folder.glob(f"{OPERATION}[0-9]*"))
 
 
+def _stale(folder: Path) -> list[Path]:
+    """List the files of an earlier run that a new one may not have: programs, and all of inner folders."""
+    inner = _earlier(folder)
+    programs = [path for each in (folder, *inner) for path in _programs(each)]
+    return programs + [each / name for each in inner for name in FILES]
+
+
 def _programs(folder: Path) -> list[Path]:
     """List where an NC program may stand in a folder of results."""
     suffixes = (*PROGRAM_SUFFIXES, *(dialect.suffix for dialect in DIALECTS.values()))
     return [folder / f"program{suffix}" for suffix in dict.fromkeys(suffixes)]
-
-
-def require_folder(folder: Path) -> Path:
-    """Raise unless a folder for results can be made and written; called before the work.
-
-    Returns
-    -------
-    The folder, or the nearest one above it that exists.
-
-    Raises
-    ------
-    SettingError
-        A file of that name, no permission.
-    """
-    try:
-        there = next(above for above in (folder, *folder.absolute().parents) if above.exists())
-        if not there.is_dir():
-            raise SettingError("is a file; name a folder for the results", file=there)
-        with temporary_folder(there):
-            # An earlier run, which made this folder, may have left something in the one above.
-            remove_leftovers(there.parent)
-            return there
-    except OSError as fault:
-        raise unwritable(folder, fault) from None
-
-
-def _move_in(made: Sequence[Path], source: Path, folder: Path) -> list[Path]:
-    """Move finished files into a folder, in place of those of an earlier run."""
-    targets = [folder / path.relative_to(source) for path in made]
-    earlier = _earlier(folder)
-    stale = [*_programs(folder), *(path for inner in earlier for path in _programs(inner))]
-    stale += [inner / name for inner in earlier for name in FILES]
-    taken = next((path for path in (*targets, *stale) if path.is_dir()), None)
-    if taken is not None:
-        raise SettingError("is a folder, and a file of that name is to be written", file=taken)
-    with undisturbed():
-        for inner in {folder, *(target.parent for target in targets)}:
-            inner.mkdir(parents=True, exist_ok=True)
-        for path in stale:
-            persistently(partial(path.unlink, missing_ok=True))
-        moved = [
-            persistently(partial(path.replace, target)) for path, target in zip(made, targets, strict=True)
-        ]
-        # Folders that an earlier front with more solutions leaves empty.
-        for inner in (*earlier, folder / FRONT):
-            if inner.is_dir() and not any(inner.iterdir()):
-                inner.rmdir()
-        return moved
-
-
-@contextmanager
-def undisturbed() -> Iterator[None]:
-    """Ignore Ctrl-C for a moment: it would leave files of two runs side by side."""
-    before = signal.getsignal(signal.SIGINT)
-    # Only the main thread receives Ctrl-C, and only it may set the handler.
-    if threading.current_thread() is not threading.main_thread() or before is None:
-        yield
-        return
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 def _make_files(

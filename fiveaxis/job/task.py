@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
-from fiveaxis.base import STAGES, Infeasible, JobError, Progress, Severity, unheard
+from fiveaxis.base import STAGES, USUAL_CONTROL, Infeasible, JobError, Progress, Severity, Writing, unheard
 from fiveaxis.cam import mesh_size, on_part, size_findings
 from fiveaxis.check import Surroundings, build_scene
 from fiveaxis.job.description import Job, SetupTable
 from fiveaxis.job.in_place import RevisedOperation
-from fiveaxis.job.kept import keep_stated
 from fiveaxis.job.loading import (
     load_factors,
     load_job_machine,
@@ -21,11 +21,11 @@ from fiveaxis.job.loading import (
     stated_control,
 )
 from fiveaxis.job.placement import place, with_ranges, with_usual_cone
-from fiveaxis.job.reading import require_input
+from fiveaxis.job.reading import make_job, require_input
 from fiveaxis.job.solution import Solution
 from fiveaxis.lab import Factors, Process, make_process
 from fiveaxis.model import Clock, Constraints, Machine, Toolpath, require_stated, require_touching
-from fiveaxis.nc import WordWriter
+from fiveaxis.nc import DIALECTS, WordWriter, find_dialect, stated_settings
 from fiveaxis.posture import Optimum, Options
 
 # Codes of the planner's findings on what no pass reaches.
@@ -126,7 +126,7 @@ def resolve(job: Job, progress: Progress = unheard) -> JobTask:
     wording = None if in_place else _writable(job, machine)
     toolpath = load_job_toolpath(job, progress)
     if not in_place:
-        kept, toolpath = keep_stated(job, toolpath)
+        kept, toolpath = _keep_stated(job, toolpath)
         wording = wording if kept is job else _writable(kept, machine)
         job = kept
     job, toolpath = with_usual_cone(job, toolpath)
@@ -180,6 +180,43 @@ def _writable(job: Job, machine: Machine) -> WordWriter:
     wording = job.program_options.wording(machine)
     require_stated(machine, wording.coordinates)
     return wording
+
+
+def _keep_stated(job: Job, toolpath: Toolpath) -> tuple[Job, Toolpath]:
+    """Keep control, coordinates and settings of a job's input where the job gives none.
+
+    Parameters
+    ----------
+    job : with the control of its machine, where that has one
+
+    Returns
+    -------
+    The job, and its path with the finding on what can't be kept.
+
+    Raises
+    ------
+    JobError
+        The input's control isn't one that is written, and neither the job nor its machine names one.
+    """
+    operation = toolpath.operation
+    if operation is None:
+        return job, toolpath
+    given: dict[str, Any] = {}
+    stated = Writing.of(job).control
+    if stated is None and operation.control:
+        if operation.control not in DIALECTS:
+            raise JobError(
+                f"the program is one of {operation.control!r}, which isn't written; name one (--control)",
+                file=toolpath.name,
+            )
+        given["control"] = operation.control
+    dialect = find_dialect(given.get("control", stated or USUAL_CONTROL))
+    coordinates = "tip" if operation.tcp else "axes"
+    is_program = operation.language != "APT"
+    if is_program and "coordinates" not in job.model_fields_set and coordinates in dialect.modes:
+        given["coordinates"] = coordinates
+    given["nc"], lost = stated_settings(operation, dialect, job.nc, toolpath.name)
+    return make_job(job, **given), replace(toolpath, findings=(*toolpath.findings, *lost))
 
 
 def _require_front(job: Job) -> None:

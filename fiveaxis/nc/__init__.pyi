@@ -70,6 +70,8 @@ from .writing.start_and_end import StartAndEnd as StartAndEnd
 from .writing.start_and_end import cancelled_by as cancelled_by
 from .writing.start_and_end import usual_words as usual_words
 from .writing.start_and_end import usually_cancelled as usually_cancelled
+from .writing.stated import stated_settings as stated_settings
+from .writing.stated import with_stated as with_stated
 from .writing.tables import DIALECTS as DIALECTS
 from .writing.tables import Dialect as Dialect
 from .writing.tables import find_dialect as find_dialect

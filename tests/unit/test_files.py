@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from support.killed_writer import leave_behind
 
+from fiveaxis.base import require_folder
 from fiveaxis.base.errors import InputError, SettingError
 from fiveaxis.base.files import (
     csv_text,
@@ -21,7 +22,6 @@ from fiveaxis.base.files import (
     temporary_folder,
     write_atomically,
 )
-from fiveaxis.job import require_folder
 
 
 def test_text_is_written_as_it_is_and_nothing_else_is_left(tmp_path):

@@ -11,14 +11,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fiveaxis.base import SettingError, remove_leftovers
+from fiveaxis.base import SettingError, remove_leftovers, require_folder
 from fiveaxis.job.batch.cluster import require_scheduler, run_on_scheduler
 from fiveaxis.job.batch.comparison import Comparison, write_comparison, write_page
 from fiveaxis.job.batch.ledger import TABLE, Ledger, locked
 from fiveaxis.job.batch.pool import Limits, run_on_pool
 from fiveaxis.job.batch.record import Event, Listener, Relay, Row, Status, worst
 from fiveaxis.job.batch.tasks import Planned, QueuedJob, plan_tasks
-from fiveaxis.job.results import require_folder
 
 logger = logging.getLogger(__name__)
 

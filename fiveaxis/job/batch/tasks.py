@@ -19,8 +19,8 @@ from typing import Any
 from fiveaxis.base import JobError, SettingError, line_of, read_document
 from fiveaxis.job.batch.record import Row, Status, row_of_fault
 from fiveaxis.job.description import COMBINATIONS, COMBINE, LARGEST_SWEEP, SWEEP, Job
+from fiveaxis.job.digest import digest_job
 from fiveaxis.job.reading import build_job
-from fiveaxis.job.unfinished import digest_job
 
 # Most characters of a value and of a name; longer ones are cut and end in a hash.
 LONGEST_VALUE = 60

@@ -15,14 +15,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from fiveaxis.base import Meter, Progress, ProgressReport, SettingError
+from fiveaxis.base import Meter, Progress, ProgressReport, SettingError, resumable
 from fiveaxis.job.batch.ledger import own_folder
 from fiveaxis.job.batch.record import Row, Status, row_of, row_of_fault
 from fiveaxis.job.batch.tasks import QueuedJob
+from fiveaxis.job.digest import digest_job
 from fiveaxis.job.results import withdraw_programs, write_outcome
 from fiveaxis.job.setup_choice import run_task
 from fiveaxis.job.task import resolve
-from fiveaxis.job.unfinished import digest_job, resumable
 
 # s between two messages of one stage, quick enough for a live table.
 PAUSE = 0.5

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from support.patience import PATIENCE
 
+from fiveaxis.base.files import undisturbed
 from fiveaxis.cli.work import NAME, Work
-from fiveaxis.job.results import undisturbed
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="a process is sent no SIGINT there")
 
@@ -111,7 +111,7 @@ def test_ctrl_c_doesnt_wait_for_a_step_that_hears_nothing(tmp_path):
 @pytest.mark.parametrize(
     ("work", "words"),
     [
-        ("fiveaxis.job:price_program", "energy part.ngc --machine hayashi-640123"),
+        ("fiveaxis.lab:price_program", "energy part.ngc --machine hayashi-640123"),
         (
             "fiveaxis.lab:calibrate_drive",
             "calibrate log.csv --axis X --model affine --power p --power-unit W",
@@ -120,6 +120,7 @@ def test_ctrl_c_doesnt_wait_for_a_step_that_hears_nothing(tmp_path):
     ],
 )
 def test_other_verbs_work_in_the_thread_too_and_dont_wait_for_it(tmp_path, work, words):
+    (tmp_path / "log.csv").touch()
     (tmp_path / "part.ngc").write_text("G21 G90 G94 F100\nG0 X0 Y0 Z0 A0 C0\nG1 X1\nM2\n")
     with subprocess.Popen(
         [sys.executable, "-c", DEAF_VERB, work, *words.split()],

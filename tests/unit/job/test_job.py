@@ -5,9 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fiveaxis.base import require_folder
 from fiveaxis.base.errors import JobError, MachineError, SettingError
 from fiveaxis.check import verify
-from fiveaxis.job import load_job_machine, make_job, read_job, require_folder, run_job
+from fiveaxis.job import load_job_machine, make_job, read_job, run_job
 from fiveaxis.job.loading import load_job_toolpath, part_of
 from fiveaxis.job.reading import require_input
 from fiveaxis.show.report.words import plain

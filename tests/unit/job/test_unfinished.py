@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fiveaxis.base import resumable
 from fiveaxis.base.errors import AlreadyBetter, Infeasible
-from fiveaxis.job import Job, digest_job, make_job, resumable, run_job, write_outcome
-from fiveaxis.job.unfinished import Kept
+from fiveaxis.base.interrupted import Kept
+from fiveaxis.job import Job, digest_job, make_job, run_job, write_outcome
 
 
 @pytest.fixture
@@ -28,7 +29,7 @@ def job(tmp_path: Path) -> Job:
 
 @pytest.fixture(autouse=True)
 def every_step_is_long(monkeypatch):
-    monkeypatch.setattr("fiveaxis.job.unfinished.LONG", 0.0)
+    monkeypatch.setattr("fiveaxis.base.interrupted.LONG", 0.0)
 
 
 def finish(job: Job, folder: Path) -> dict[str, bytes]:

@@ -73,7 +73,7 @@ def test_the_hash_stays_where_nothing_that_counts_changes(write_job):
 def test_the_hash_changes_with_the_version(write_job, monkeypatch):
     file = write_job("a")
     before = digest(file)
-    monkeypatch.setattr("fiveaxis.job.unfinished.__version__", "99.0")
+    monkeypatch.setattr("fiveaxis.job.digest.__version__", "99.0")
     assert digest(file) != before
 
 

@@ -1,16 +1,14 @@
-"""What an input program or CL file states besides its path, kept in the output unless it is overridden."""
+"""What a program states besides its path, as settings of a program that is made of it."""
 
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 from typing import Any
 
-from fiveaxis.base import USUAL_CONTROL, Finding, JobError, Place, Severity, Writing
-from fiveaxis.job.description import Job
-from fiveaxis.job.reading import make_job
-from fiveaxis.model import Operation, Toolpath
-from fiveaxis.nc import DIALECTS, Dialect, ProgramSettings, find_dialect
+from fiveaxis.base import Finding, Place, Severity
+from fiveaxis.model import Operation
+from fiveaxis.nc.writing.program_settings import ProgramSettings
+from fiveaxis.nc.writing.tables import Dialect
 
 # Code of the finding on what can't be kept.
 NOT_KEPT = "not-kept"
@@ -62,43 +60,6 @@ def with_stated(settings: ProgramSettings, stated: dict[str, Any]) -> ProgramSet
     """Add what an input states to the settings of a program."""
     given = {name: getattr(settings, name) for name in _set(settings)}
     return ProgramSettings(**given | stated)
-
-
-def keep_stated(job: Job, toolpath: Toolpath) -> tuple[Job, Toolpath]:
-    """Keep control, coordinates and settings of a job's input where the job gives none.
-
-    Parameters
-    ----------
-    job : with the control of its machine, where that has one
-
-    Returns
-    -------
-    The job, and its path with the finding on what can't be kept.
-
-    Raises
-    ------
-    JobError
-        The input's control isn't one that is written, and neither the job nor its machine names one.
-    """
-    operation = toolpath.operation
-    if operation is None:
-        return job, toolpath
-    given: dict[str, Any] = {}
-    stated = Writing.of(job).control
-    if stated is None and operation.control:
-        if operation.control not in DIALECTS:
-            raise JobError(
-                f"the program is one of {operation.control!r}, which isn't written; name one (--control)",
-                file=toolpath.name,
-            )
-        given["control"] = operation.control
-    dialect = find_dialect(given.get("control", stated or USUAL_CONTROL))
-    coordinates = "tip" if operation.tcp else "axes"
-    is_program = operation.language != "APT"
-    if is_program and "coordinates" not in job.model_fields_set and coordinates in dialect.modes:
-        given["coordinates"] = coordinates
-    given["nc"], lost = stated_settings(operation, dialect, job.nc, toolpath.name)
-    return make_job(job, **given), replace(toolpath, findings=(*toolpath.findings, *lost))
 
 
 def _set(settings: ProgramSettings) -> set[str]:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from fiveaxis.base import Finding, Severity
-from fiveaxis.cam import count_touching, find_contacts
+from fiveaxis.cam.contour.touching import count_touching, find_contacts
 from fiveaxis.model import Toolpath
 
 if TYPE_CHECKING:

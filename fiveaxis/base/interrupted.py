@@ -10,11 +10,10 @@ from __future__ import annotations
 
 import hashlib
 import io
-import json
 import logging
 import shutil
 import time
-from collections.abc import Callable, Iterator, Mapping, Set
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, cast
@@ -22,24 +21,10 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from fiveaxis import __version__
-from fiveaxis.base import (
-    UNKEPT,
-    USUAL_CONTROL,
-    AlreadyBetter,
-    Array,
-    Checkpoint,
-    Found,
-    Infeasible,
-    JobError,
-    SettingError,
-    hash_input,
-    write_atomically,
-)
-from fiveaxis.job.description import Job
-from fiveaxis.job.loading import input_files, stated_control
-from fiveaxis.model import find_machine, load_machine, machine_text
-from fiveaxis.nc import find_dialect
+from fiveaxis.base.errors import AlreadyBetter, Infeasible, SettingError
+from fiveaxis.base.files import write_atomically
+from fiveaxis.base.geometry.vectors import Array
+from fiveaxis.base.progress import UNKEPT, Checkpoint, Found
 
 logger = logging.getLogger(__name__)
 
@@ -104,7 +89,7 @@ def resumable(digest: str, folder: Path | None) -> Iterator[Checkpoint]:
 
     Parameters
     ----------
-    digest : of the job, of `digest_job`
+    digest : of the job, of `fiveaxis.job.digest_job`
     folder : of the results; None to keep nothing
     """
     if folder is None:
@@ -135,64 +120,3 @@ def resumable(digest: str, folder: Path | None) -> Iterator[Checkpoint]:
 
 def _names(folder: Path) -> set[str]:
     return {file.name for file in folder.glob("*")}
-
-
-def digest_job(job: Job, data: Mapping[str, Any] | None = None) -> str:
-    """Hash what a job says, the content of every file that it names, and the version of this package.
-
-    Comments, the order of keys and folders don't count: a job that moved with its files is the same.
-
-    Parameters
-    ----------
-    job : with paths that can be opened
-    data : the content of its file, with a sweep's values; by default what the job holds
-
-    Returns
-    -------
-    SHA-256, hexadecimal
-
-    Raises
-    ------
-    JobError
-        A file that can't be read.
-    MachineError, SettingError
-        A machine, or a control table, that can't be read.
-    """
-    if data is None:
-        data = _unplaced(job.model_dump(), {str(path) for _, path in input_files(job)})
-    return _hash_data({"version": __version__, "job": dict(data), "files": dict(_hash_inputs(job))})
-
-
-def _unplaced(value: Any, files: Set[str]) -> Any:
-    """Leave out where files lie: what is in them counts."""
-    if isinstance(value, dict):
-        return {key: _unplaced(one, files) for key, one in value.items()}
-    if isinstance(value, list | tuple):
-        return [_unplaced(one, files) for one in value]
-    return None if isinstance(value, str | Path) and str(value) in files else value
-
-
-def _hash_inputs(job: Job) -> Iterator[tuple[str, str]]:
-    """Hash everything that a job names, by the key that names it."""
-    # The job, controls and machines are hashed by what they say, with the files that they name.
-    files = [(use, path) for use, path in input_files(job) if use not in ("job", "control")]
-    yield from ((use, hash_input(path, JobError)) for use, path in files)
-    # A control table may be based on others; what counts is the table that results.
-    yield "control", _hash_data(find_dialect(stated_control(job) or USUAL_CONTROL).model_dump())
-    machines = {"machine": job.machine, "drives": job.drives, "program.machine": job.program.machine}
-    for key, name in machines.items():
-        if name is not None:
-            yield f"{key}.text", _hash_text(machine_text(load_machine(name), find_machine(name).parent))
-
-
-def _hash_data(data: Mapping[str, Any]) -> str:
-    return _hash_text(json.dumps(data, sort_keys=True, default=_as_json))
-
-
-def _as_json(value: object) -> object:
-    # The order of a set differs from one process to the next.
-    return sorted(map(str, value)) if isinstance(value, set | frozenset) else str(value)
-
-
-def _hash_text(text: str) -> str:
-    return hashlib.sha256(text.encode()).hexdigest()
