@@ -34,7 +34,7 @@ from fiveaxis.model import drive_power
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from fiveaxis.job import ProgramEnergy
+    from fiveaxis.lab import ProgramEnergy
 
 PROGRAMS = Path(__file__).parent / "pocket"
 STRATEGIES = ("zag", "zigzag", "contour")

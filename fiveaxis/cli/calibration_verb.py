@@ -63,11 +63,11 @@ def calibrate(
             from fiveaxis.lab import calibrate_drive
             from fiveaxis.show import DRAWN_SUFFIXES
 
-            for log in (*logs, *(hold_out or ())):
-                require_file(log, InputError)
             suffixes = [
                 require_suffix(p, (BLOCK, *DRAWN_SUFFIXES), "a block, table or figure") for p in output or ()
             ]
+            for log in (*logs, *(hold_out or ())):
+                require_file(log, InputError)
             given: dict[str, Any] = {"axis": axis, "model": model, "power": power, "power_unit": power_unit}
             given |= read_flags(Calibrate, context.params) | {"hold_out": hold_out or ()}
             work.step("fitting the drive", 0, 1)
