@@ -6,7 +6,6 @@ from functools import partial
 
 import numpy as np
 import pytest
-from support.unverified_text import write_text
 
 from fiveaxis.base.errors import MachineError, SettingError, ToolpathError
 from fiveaxis.model import Limits, Machine, Motion, MoveKind, linear_positions, tool_poses
@@ -66,29 +65,12 @@ def test_joints_are_those_of_linuxcnc(trunnion):
     ]
 
 
-def test_only_reversed_axes_change_their_sign(hayashi, trunnion):
-    motion = motion_of([[0, 2, 3, 4, 5], [1, 2, 3, 4, 6]])
-    plain = [b for b in blocks(compose_program(motion, machine=hayashi)) if b.startswith("G1")]
-    flipped = [b for b in blocks(compose_program(motion, machine=trunnion)) if b.startswith("G1")]
-    assert plain[-1] == "G1 X1.000000 Y2.000000 Z3.000000 A4.000000 C6.000000 F60"
-    assert flipped[-1] == "G1 X1.000000 Y2.000000 Z3.000000 A-4.000000 C-6.000000 F60"
-
-
 def test_every_timed_block_has_its_inverse_time(hayashi):
     times = [0.0, 0.001, 0.37, 12.0, 4000.0, 1e-7]
     motion = motion_of([[i, 0, 0, 0, 0] for i in range(6)], times)
     moves = [b for b in blocks(compose_program(motion, machine=hayashi)) if b.startswith("G1")]
     assert [b.split()[-1] for b in moves[1:]] == ["F60000", "F162.1622", "F5", "F0.015", "F600000000"]
     np.testing.assert_allclose([60 / words(b)["F"] for b in moves[1:]], times[1:], rtol=1e-6)
-
-
-def test_inverse_time_is_in_force_from_the_first_timed_block_to_the_last(hayashi):
-    lines = blocks(compose_program(motion_of(np.eye(5)), machine=hayashi))
-    first, last = lines.index("G93"), len(lines) - 1 - lines[::-1].index("G94")
-    timed = [i for i, b in enumerate(lines) if b.startswith("G1 ")]
-    assert first < min(timed)
-    assert max(timed) < last
-    assert lines[-4:] == ["G94", "M5", "M9", "M2"]
 
 
 def test_turns_of_a_rotary_axis_are_kept(hayashi):
@@ -101,17 +83,6 @@ def test_no_word_is_a_negative_zero_or_has_an_exponent(hayashi):
     motion = motion_of([[1, 1, 1, 1, 1], [-1e-9, -0.0, -4e-7, -0.0000005, 1e-12]])
     last = [b for b in blocks(compose_program(motion, machine=hayashi)) if b.startswith("G1")][-1]
     assert last == "G1 X0.000000 Y0.000000 Z0.000000 A0.000000 C0.000000 F60"
-
-
-def test_links_are_timed_blocks_and_rapid_moves_the_rapid_of_the_control(hayashi):
-    motion = replace(motion_of(np.eye(5)), kind=np.array([0, 1, 2, 1, 0]))
-    lines = blocks(compose_program(motion, machine=hayashi))
-    kinds = [b.split()[0] for b in lines[lines.index("G93") :] if b.startswith(("G0", "G1 "))]
-    # The first G1 is the lead-in.
-    assert kinds == ["G1", "G1", "G0", "G1", "G1"]
-    assert [b for b in lines[lines.index("G93") :] if b.startswith("G0")] == [
-        "G0 X0.000000 Y0.000000 Z1.000000 A0.000000 C0.000000"
-    ]
 
 
 def test_an_empty_move_is_dropped_and_counted(hayashi):
@@ -165,11 +136,6 @@ def test_an_unknown_control_names_the_nearest_and_all(hayashi):
         compose_program(motion_of(np.eye(5)), machine=hayashi, control="linuxnc")
 
 
-def test_switchable_kinematics_are_set_to_identity_before_anything_moves(trunnion):
-    lines = blocks(compose_program(motion_of(np.eye(5)), machine=trunnion, control="linuxcnc-switchkins"))
-    assert lines[0] == "M429"
-
-
 # The approach
 
 
@@ -178,11 +144,6 @@ def approach(motion, machine):
     lines = blocks(compose_program(motion, machine=machine))
     moves = [words(b) for b in lines[lines.index("G93") :] if b.startswith(("G0", "G1 "))]
     return [words(b) for b in lines[: lines.index("G93")] if b.startswith("G0")], moves[0]
-
-
-def test_rotary_axes_come_first_and_z_last(hayashi):
-    rapid, _ = approach(motion_of(np.eye(5), kind=MoveKind.LINK), hayashi)
-    assert [set(r) - {"G"} for r in rapid] == [{"A", "C"}, {"X", "Y"}, {"Z"}]
 
 
 @pytest.mark.parametrize("code", ["640123", "601235", "120356", "560312", "123054"])
@@ -231,22 +192,6 @@ def test_the_control_adds_the_tool_length_only_where_the_tool_keeps_its_directio
     head = compose_program(motion, machine=Machine.from_code("601234"))
     assert "G49" in head.lines
     assert "G43" not in head.lines
-
-
-def test_the_header_stands_in_comments_in_its_order(hayashi):
-    header = [("tool", "ball:10"), ("source", "part.apt"), ("energy", "7424 J")]
-    program = compose_program(motion_of(np.eye(5)), machine=hayashi, header=header)
-    comments = [line for line in program.lines if line[0] == "("]
-    assert comments[:2] == [
-        "(machine: hayashi-640123, form-shaping code 640123)",
-        "(control: linuxcnc axes)",
-    ]
-    assert comments[2] == "(tool: ball:10)"
-    assert comments[3].startswith("(verification: NOT VERIFIED")
-    # The least important ones last: a long header is cut there.
-    at = comments.index("(source: part.apt)")
-    assert comments[at : at + 2] == ["(source: part.apt)", "(energy: 7424 J)"]
-    assert program == compose_program(motion_of(np.eye(5)), machine=hayashi, header=dict(header))
 
 
 @pytest.mark.parametrize(
@@ -352,18 +297,3 @@ def test_a_program_that_was_read_keeps_its_end(hayashi, tmp_path):
 
 
 # Files
-
-
-def test_the_file_holds_the_program(hayashi, tmp_path):
-    motion = motion_of(np.eye(5))
-    path = write_text(motion, tmp_path / "out" / "part.ngc", machine=hayashi, header={"tool": "ball:10"})
-    program = compose_with_lead_out(motion, machine=hayashi, header={"tool": "ball:10"})
-    assert path.read_bytes() == program.text.encode("ascii")
-    assert program.suffix == ".ngc"
-
-
-def test_nothing_is_written_when_the_motion_is_refused(hayashi, tmp_path):
-    motion = motion_of([[0] * 5, [1] * 5], [0.0, 0.0])
-    with pytest.raises(ToolpathError):
-        write_text(motion, tmp_path / "part.ngc", machine=hayashi)
-    assert list(tmp_path.iterdir()) == []

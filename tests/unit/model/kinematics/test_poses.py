@@ -67,21 +67,6 @@ def test_linear_axes_are_those_of_equation_5(ideal, positions):
     np.testing.assert_allclose(found[:, :3], expected, atol=1e-11)
 
 
-def test_both_branches_of_the_inverse_reach_the_pose(trunnion):
-    positions = RNG.uniform(-1, 1, (500, 5)) * [100, 100, 100, 2.0, 3.0]
-    tip, axis = tool_poses(trunnion, positions)
-    branches = axis_positions(trunnion, tip, axis)
-    assert branches.shape == (2, 500, 5)
-    for branch in branches:
-        reached_tip, reached_axis = tool_poses(trunnion, branch)
-        np.testing.assert_allclose(reached_tip, tip, atol=1e-9)
-        np.testing.assert_allclose(reached_axis, axis, atol=1e-9)
-    # One of the two is the given posture, the other leans to the opposite side.
-    nearest = np.abs(branches - positions).max(axis=2).min(axis=0)
-    assert nearest.max() < 1e-7
-    np.testing.assert_allclose(branches[0, :, 3], -branches[1, :, 3], atol=1e-7)
-
-
 def test_near_the_singular_direction_the_pose_keeps_its_digits(ideal):
     tilts = 10.0 ** np.linspace(-11, -1, 60)
     positions = np.column_stack([np.ones((60, 3)), tilts, np.full(60, 0.7)])

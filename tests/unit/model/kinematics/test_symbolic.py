@@ -2,34 +2,13 @@
 
 import casadi as ca
 import numpy as np
-import pytest
 
 from fiveaxis.base import normalise
-from fiveaxis.model import Machine, Tool, linear_positions, load_machine, tool_axes
-from fiveaxis.model.kinematics.symbolic import linear_axes_of_posture, tool_axis_of_posture
+from fiveaxis.model import Tool, linear_positions, tool_axes
+from fiveaxis.model.kinematics.symbolic import linear_axes_of_posture
 
 RNG = np.random.default_rng(7)
 RADIUS = 5.0
-
-
-def functions(machine: Machine) -> tuple[ca.Function, ca.Function]:
-    pivot, rotary = ca.SX.sym("pivot", 3), ca.SX.sym("rotary", 2)
-    linear = linear_axes_of_posture(machine, pivot, rotary, Tool.ball(2.0 * RADIUS).zone)
-    axis = tool_axis_of_posture(machine, rotary)
-    return ca.Function("linear", [pivot, rotary], [linear]), ca.Function("axis", [rotary], [axis])
-
-
-@pytest.mark.parametrize("code", ["640123", "650123", "601235", "123045", "615023", "linuxcnc-xyzac-trt"])
-def test_the_symbolic_equations_are_the_numeric_ones(code):
-    machine = load_machine(code) if "-" in code else Machine.from_code(code)
-    linear, axis = functions(machine)
-    for _ in range(20):
-        pivot, rotary = RNG.uniform(-50, 50, 3), RNG.uniform(-1.4, 1.4, 2)
-        direction = tool_axes(machine, rotary)
-        np.testing.assert_allclose(np.array(axis(rotary)).ravel(), direction, atol=1e-14)
-        expected = linear_positions(machine, pivot - RADIUS * direction, rotary)
-        found = np.array(linear(pivot, rotary)).ravel()
-        np.testing.assert_allclose(found, expected[machine.linear_columns], atol=1e-10)
 
 
 def test_the_jacobian_of_the_linear_axes_is_that_of_finite_differences(trunnion):

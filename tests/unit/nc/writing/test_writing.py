@@ -78,19 +78,6 @@ def test_tool_spindle_coolant_and_work_offset_come_before_anything_moves():
     ]
 
 
-def test_at_the_end_the_tool_goes_clear_before_the_axes_go_home():
-    lines = blocks(compose_program(SLOPE, machine=OPEN, control="fanuc", coordinates="tip", settings=FULL))
-    assert lines[-7:] == [
-        "G53 G0 Z-5.0000",
-        "G49",
-        "M5",
-        "M9",
-        "G53 G0 X0.0000 Y0.0000",
-        "G53 G0 A0.0000 C0.0000",
-        "M30",
-    ]
-
-
 def test_klartext_calls_the_tool_and_its_speed_in_its_own_words():
     around = FULL.model_copy(update={"work_offset": "2", "length_offset": None})
     program = compose_program(SLOPE, machine=OPEN, control="heidenhain", settings=around)
@@ -108,27 +95,6 @@ def test_klartext_calls_the_tool_and_its_speed_in_its_own_words():
         "L M4",
         "L M8",
     ]
-
-
-@pytest.mark.parametrize("control", [n for n, d in DIALECTS.items() if d.language == "blocks"])
-def test_the_blocks_around_the_moves_are_read_again(tmp_path, control):
-    around = FULL.model_copy(
-        update={
-            "work_offset": None,
-            "home": "XY",
-            "line_numbers": 5,
-            "spindle_direction": "right",
-            "length_offset": None,
-        }
-    )
-    program = compose_program(SLOPE, machine=OPEN, control=control, settings=around)
-    path = tmp_path / f"p{program.suffix}"
-    path.write_text(program.text)
-    places = read_program(path, OPEN, rapid=1000).positions
-    # Going home is two more rapid moves where the words are axes; after tip control the reader doesn't know
-    # where they begin.
-    for row in SLOPE.positions:
-        assert np.abs(places - row).max(axis=1).min() < 1e-3
 
 
 def test_the_header_says_what_is_not_written():
@@ -182,13 +148,6 @@ def test_a_named_program_takes_the_name_of_its_file(tmp_path):
     assert path.read_text().startswith("0 BEGIN PGM P3_WINGS__ MM\n")
 
 
-def test_blocks_are_numbered_and_comments_are_not():
-    program = compose_program(SLOPE, machine=OPEN, settings=ProgramSettings(line_numbers=10))
-    numbers = [line.split()[0] for line in program.lines if line.startswith("N")]
-    assert numbers == [f"N{10 * (i + 1)}" for i in range(len(numbers))]
-    assert all(line.startswith(("N", "(")) for line in program.lines)
-
-
 def test_block_numbers_start_again_after_the_highest(monkeypatch):
     monkeypatch.setitem(DIALECTS, "small", DIALECTS["linuxcnc"].model_copy(update={"most_number": 12}))
     program = compose_program(SLOPE, machine=OPEN, control="small", settings=ProgramSettings(line_numbers=5))
@@ -216,25 +175,6 @@ def test_what_a_control_has_no_words_for_is_refused(control, settings, message):
 
 
 # Places and feeds
-
-
-def test_tip_positions_and_angles_are_those_of_the_motion():
-    program = compose_program(SLOPE, machine=OPEN, control="sinumerik", coordinates="tip")
-    tips, _ = tool_poses(OPEN, SLOPE.positions)
-    words = [{w[0]: float(w[1:]) for w in block.split()} for block in moves(program)]
-    np.testing.assert_allclose([[w[c] for c in "XYZ"] for w in words], tips[1:], atol=6e-6)
-    assert [(w["A"], w["C"]) for w in words] == [(4, 5), (4, 5)]
-
-
-def test_the_feed_of_the_tip_takes_the_time_of_the_motion():
-    times = [0.0, 0.5, 2.0]
-    program = compose_program(
-        replace(SLOPE, time=np.array(times)), machine=OPEN, control="sinumerik", coordinates="tip"
-    )
-    tips, _ = tool_poses(OPEN, SLOPE.positions)
-    lengths = np.linalg.norm(np.diff(tips, axis=0), axis=1)
-    feeds = [float(block.split("F")[1]) for block in moves(program)]
-    np.testing.assert_allclose(feeds, 60.0 * lengths / times[1:], atol=0.01)
 
 
 def test_a_turn_about_the_tip_has_a_feed_in_degrees_and_no_lengths():
@@ -320,11 +260,6 @@ def test_a_rewind_leaves_the_linear_axes_where_they_are(tmp_path, code):
     np.testing.assert_allclose(turning[:, :3], np.tile([50.0, 20.0, 3.0], (len(turning), 1)), atol=0.02)
     # Positions of axes need no such care.
     assert len(moves(compose_program(motion, machine=machine))) == 3
-
-
-def test_directions_come_with_a_warning():
-    text = compose_program(SLOPE, machine=OPEN, control="sinumerik", coordinates="vector").text
-    assert "; angles: the control's choice, they may not be the verified ones" in text
 
 
 def test_angles_of_the_shorter_turn_are_dc_on_a_sinumerik():
