@@ -543,7 +543,9 @@ def test_a_plan_read_back_is_the_path_planned_in_one_go(tmp_path):
     read = fiveaxis.job.loading.load_job_toolpath(
         fiveaxis.job.make_job(input=tmp_path / "path.csv", tool="ball:8")
     )
-    assert json.loads(result.stdout)["locations"] == len(planned) > 100
+    told = json.loads(result.stdout)
+    assert told["locations"] == len(planned) > 100
+    assert (told["cutting"], told["links"]) == (planned.cutting.sum(), (~planned.cutting).sum())
     np.testing.assert_allclose(read.pivot, planned.pivot, rtol=0.0, atol=1e-8)
     np.testing.assert_array_equal(read.kind, planned.kind)
     np.testing.assert_allclose(read.normal, planned.normal, rtol=0.0, atol=1e-8, equal_nan=True)

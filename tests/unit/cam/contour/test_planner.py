@@ -9,6 +9,7 @@ import trimesh
 from fiveaxis.base import angle_between
 from fiveaxis.base.errors import Infeasible, MeshError, SettingError
 from fiveaxis.cam import PlanOptions, TriangleTree, load_mesh, plan_contour, plan_passes
+from fiveaxis.cam.contour.linking import LINK_SPACING
 from fiveaxis.model import MoveKind, Tool, Toolpath
 
 ROOT = Path(__file__).parents[4]
@@ -85,6 +86,10 @@ def test_neighbouring_contacts_of_a_pass_are_within_the_spacing(sphere_path):
     both = sphere_path.cutting[1:] & sphere_path.cutting[:-1]
     gaps = np.linalg.norm(np.diff(sphere_path.contact, axis=0), axis=1)[both]
     assert gaps.max() <= 0.5 + 1e-9
+
+
+def test_links_are_divided_into_short_moves(sphere_path):
+    assert 0.5 * LINK_SPACING < sphere_path.lengths[~sphere_path.cutting].max() <= LINK_SPACING + 1e-9
 
 
 def test_links_have_no_contact_and_rows_are_counted_from_one(sphere_path):
