@@ -164,7 +164,10 @@ def test_verbose_has_every_detail_of_the_answers(said):
     answers = [document["answers"][key] for key in ("safe", "saved", "next")]
     texts = [" ".join(detail["text"].split()) for answer in answers for detail in answer["details"]]
     assert [text for text in texts if text.lower() not in words.lower()] == []
-    assert "energy of whole programs" in words
+    # The share that is saved of each baseline stands behind its energy.
+    for name, baseline in document["baselines"].items():
+        share = 1.0 - document["energy"]["total"] / baseline["total"]
+        assert f" {name} {baseline['total']:.0f} {100.0 * share:.1f} %" in words
 
 
 def test_a_machine_without_powers_has_estimates_or_takes_those_of_another(path):

@@ -1,5 +1,7 @@
 """The part is put where its path is reached if nobody says where, and where that is is told."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import trimesh
@@ -11,6 +13,7 @@ from fiveaxis.check import Surroundings
 from fiveaxis.cli.commands import app
 from fiveaxis.job import make_job, resolve, run_job
 from fiveaxis.job.reach import Reach
+from fiveaxis.model import Constraints, Limits
 from fiveaxis.nc import write_toolpath
 
 
@@ -124,6 +127,18 @@ def test_bounds_too_narrow_to_be_sampled_are_left_to_the_search(trunnion, hayash
     given = {"tilt": (15.0, 75.0), **bounds}
     found = fx.optimise(path, trunnion.with_drives_of(hayashi), part=part, effort="quick", **given)
     assert found.verify().ok
+
+
+def test_a_place_is_reached_that_only_the_widest_tilt_reaches(hayashi):
+    a = Limits(np.radians(-70.0), np.radians(-60.0))
+    machine = replace(
+        hayashi, axes=tuple(replace(x, limits=a) if x.letter == "A" else x for x in hayashi.axes)
+    )
+    contact = np.column_stack([np.linspace(-5.0, 5.0, 4), np.zeros((4, 2))])
+    path = fx.Toolpath.from_contacts(contact, np.tile([0.0, 0.0, 1.0], (4, 1)), fx.Tool.ball(8))
+    for widest, is_reached in ((70.0, True), (59.0, False)):
+        reach = Reach.of(path, machine, Constraints.of_degrees(tilt=(10.0, widest)), (0.0, 0.0, 0.0))
+        assert (reach.reached((0.0, 0.0, 0.0)) == is_reached).all()
 
 
 def test_what_stands_in_the_way_at_a_given_place_is_told_before_a_search(over_the_bed, monkeypatch):
