@@ -15,7 +15,7 @@ from fiveaxis.base.errors import SettingError
 from fiveaxis.check import Tolerances
 from fiveaxis.check.verification.verdict import verify
 from fiveaxis.cli.commands import app
-from fiveaxis.job import make_job, read_job
+from fiveaxis.job import make_job
 from fiveaxis.model import Tool, Toolpath, follow, load_machine
 
 # mm: the floor is flat, so a ball that touches this far below it reaches as deep into the part.
@@ -164,13 +164,3 @@ def test_a_job_takes_it_and_its_reports_name_it(points, floor, tmp_path):
     said = "at most 0.04 mm deep at a location, 0.055 mm between (gouge tolerance 0.04 mm)"
     assert any(said in sentence for sentence in document["verification"]["passed"])
     assert said in (tmp_path / "coarse" / "report.html").read_text(encoding="utf-8")
-
-
-def test_a_job_file_may_say_it_and_the_guide_explains_it(tmp_path):
-    (tmp_path / "cut.csv").write_text("x,y,z\n0,0,0\n")
-    (tmp_path / "job.toml").write_text('input = "cut.csv"\ngouge_tolerance = 0.03\n')
-    assert read_job(tmp_path / "job.toml").gouge_tolerance == 0.03
-    entries = {e["key"]: e for e in json.loads(run("job", "--explain", "--json").stdout)}
-    assert entries["gouge_tolerance"]["unit"] == "mm"
-    assert entries["gouge_tolerance"]["default"] == "0.01"
-    assert entries["gouge_tolerance"]["type"] == "number > 0"

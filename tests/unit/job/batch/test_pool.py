@@ -1,13 +1,9 @@
 """The supervisor of workers: whatever happens to them, each job has one row."""
 
 import os
-import random
 import re
-import signal
 import sys
-import time
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -146,27 +142,6 @@ def test_workers_end_with_the_call(run):
     (pid,) = pids
     with pytest.raises(ProcessLookupError):
         os.kill(pid, 0)
-
-
-def test_of_workers_killed_at_random_only_a_job_that_kills_its_own_is_broken(run):
-    """Kills at every stage, over as many jobs as they hit twice on average; the killer is `s`."""
-    chance = random.Random(18)
-    kills = 0
-
-    def kill(event: Event) -> None:
-        nonlocal kills
-        if event.state == "running" and event.pid is not None and kills < 24 and chance.random() < 0.6:
-            time.sleep(0.02 * chance.random())
-            with suppress(ProcessLookupError):  # it was killed at its first message, and this is another
-                os.kill(event.pid, signal.SIGKILL)
-                kills += 1
-
-    slow = "(send(stage='half', share=0.5), time.sleep(0.02))"
-    names = "abcdefghijklmnos"
-    rows = run(f"work(lambda name: os.abort() if name == 's' else {slow})", names, tell=kill)
-    assert kills >= 12
-    assert [name for name, row in rows.items() if str(row.status) != "fine"] == ["s"]
-    assert "SIGABRT" in rows["s"].message or "SIGKILL" in rows["s"].message
 
 
 def test_modules_in_the_folder_of_the_call_arent_imported_by_workers(run, tmp_path):

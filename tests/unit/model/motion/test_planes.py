@@ -19,7 +19,7 @@ from fiveaxis.model import (
     load_machine,
     tool_axes,
 )
-from fiveaxis.model.motion.deviation import axis_deviation
+from fiveaxis.model.motion.deviation import axis_deviation, turns_on_the_spot
 from fiveaxis.model.motion.filling import fill_in
 
 LEANING = [[0.0, -45.0], [20.0, -45.0]]
@@ -214,3 +214,10 @@ def test_cuts_past_the_singular_direction_are_never_filled_with_turns_of_their_o
         assert planes.fastest(row) <= 1.01 * FASTEST
     assert any(kept)
     assert not all(kept)
+
+
+def test_only_whole_turns_of_axes_that_stand_otherwise_are_turns_on_the_spot(hayashi):
+    turns = np.array([2.0, -4.0, 0.0, 1.0, 3.0, 2.0]) * np.pi
+    moves = np.column_stack([np.zeros((6, 4)), turns])
+    moves[5, 0] = 0.1
+    assert turns_on_the_spot(hayashi, moves).tolist() == [True, True, True, False, False, False]
