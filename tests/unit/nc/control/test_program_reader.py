@@ -194,11 +194,6 @@ def test_words_stay_in_force(read):
     assert motion.source.tolist() == [1, 1, 2, 4, 5, 6]
 
 
-def test_increments_add_to_the_axis_positions(read):
-    motion = read("G1 G91 X1 F60\nX1 Y1\nG90 X5\nG91 Y-1\n")
-    np.testing.assert_allclose(rows(motion)[1:], [[1, 0, 0], [2, 1, 0], [5, 1, 0], [5, 0, 0]])
-
-
 @pytest.mark.parametrize(("word", "scale"), [("G20", 25.4), ("G70", 25.4), ("G21", 1), ("G71", 1)])
 def test_the_unit_scales_lengths_and_feeds_but_not_angles(read, hayashi, word, scale):
     motion = read(f"{word} G1 X1 A2 F60\nA3\nM30\n", hayashi, unit=None)
@@ -305,25 +300,6 @@ def test_an_arc_becomes_chords_within_the_tolerance(read, text):
     np.testing.assert_allclose(motion.feed, 10)
     assert set(motion.source) == {1}
     assert set(motion.kind[1:]) == {CUT}
-
-
-@pytest.mark.parametrize(
-    ("plane", "words", "quarter"),
-    [
-        # Seen against the third axis, G3 turns the plane's first axis towards its second.
-        ("G17", "X0 Y10 I-10", [5, 5, 0]),
-        ("G18", "Z0 X10 K-10", [5, 0, 5]),
-        ("G19", "Y0 Z10 J-10", [0, 5, 5]),
-    ],
-)
-def test_each_plane_has_its_first_and_second_axis(read, plane, words, quarter):
-    first = {"G17": "X", "G18": "Z", "G19": "Y"}[plane]
-    motion = read(f"{plane} G0 {first}10\nG3 {words} F600\n")
-    middle = rows(motion)[1:].mean(axis=0)
-    # The mean of a quarter lies on its bisector, beyond the chord.
-    on = np.array(quarter) > 0
-    assert (middle[on] > 5).all()
-    np.testing.assert_allclose(middle[~on], 0, atol=1e-12)
 
 
 def test_an_arc_may_move_the_third_and_the_rotary_axes(read, hayashi):

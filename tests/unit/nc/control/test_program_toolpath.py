@@ -316,13 +316,6 @@ def test_axes_that_a_program_never_writes_are_assumed_at_0(read, trunnion):
     assert turned.axis[0, 2] == pytest.approx(0)
 
 
-def test_tool_length_compensation_moves_the_tip(read, trunnion):
-    longer = trunnion.with_tool_length(50.0)
-    text = "G0 X0 Y0 Z60 A0 C0\nG1 Z55 F60\n"
-    np.testing.assert_allclose(tips(read(text, longer))[:, 2], [10, 5], atol=1e-9)
-    np.testing.assert_allclose(tips(read("G43 H1\n" + text, longer))[:, 2], [60, 55], atol=1e-9)
-
-
 # Frames of the table and of the machine
 
 

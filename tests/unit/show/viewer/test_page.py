@@ -39,12 +39,6 @@ def page(solution, part) -> str:
     return render_page(solution, part=part)
 
 
-def test_two_writes_are_byte_identical(solution, part, tmp_path):
-    first = write_preview(solution, tmp_path / "a.html", part=part)
-    second = write_preview(solution, tmp_path / "b.html", part=part)
-    assert first.read_bytes() == second.read_bytes()
-
-
 def test_no_tag_fetches_anything(page):
     for tag, attributes in Tags(page).found:
         assert tag not in {"link", "iframe", "img", "base", "object", "embed"}
