@@ -17,7 +17,7 @@ from fiveaxis.cli.commands import app
 from fiveaxis.model import Limits, Tool, Toolpath, follow, rotary_angles
 from fiveaxis.model.motion.filling import fill_in
 from fiveaxis.model.toolpath.tool import Holder, Section
-from fiveaxis.nc import DIALECTS, write_motion, write_toolpath
+from fiveaxis.nc import write_motion, write_toolpath
 
 BALL = 10.0
 RADIUS = 40.0
@@ -137,39 +137,6 @@ def test_a_flip_is_an_error_and_a_warning_where_its_sweep_was_checked(program, h
     assert (jump.severity, jump.place.line) == ("error", line)
     beside = fx.verify_program(path, hayashi, part=cone, tool=wall.tool)
     assert next(f for f in beside.findings if f.code == "jump").severity == "warning"
-
-
-def test_a_block_in_the_part_is_found_without_its_path(program, hayashi, wall, cone, tmp_path):
-    """The tool's direction is known in every block, so 0.1 mm along the radius is X and Y."""
-
-    def sink(lines):
-        for i in blocks(lines)[20:22]:
-            words = {w[0]: w for w in lines[i].split()}
-            # A word that doesn't change isn't written.
-            last = next(w for line in lines[i::-1] for w in line.split() if w[0] == "Z")
-            words |= {"Z": f"Z{float(last[1:]) - 0.3:.6f}", "F": words.pop("F")}
-            lines[i] = " ".join(words.values())
-
-    path = edited(program, tmp_path, sink)
-    report = fx.verify_program(path, hayashi, toolpath=wall, part=cone)
-    changed = {1 + i for i in blocks(program.read_text().splitlines())[20:22]}
-    assert changed <= {f.place.line for f in report.findings if f.code == "off-path"}
-
-
-def test_what_failed_is_not_listed_as_checked(program, hayashi, wall, tmp_path):
-    def shift(lines):
-        for i in blocks(lines)[20:40]:
-            words = [f"{w[0]}{float(w[1:]) + 1.0:.6f}" if w[0] == "A" else w for w in lines[i].split()]
-            lines[i] = " ".join(words)
-
-    def sentences(report):
-        return [s for s in report.passed if "the path wall" in s]
-
-    assert len(sentences(fx.verify_program(program, hayashi, toolpath=wall))) == 2
-    report = fx.verify_program(edited(program, tmp_path, shift), hayashi, toolpath=wall)
-    assert {"off-path", "path-missed"} <= set(report.counts)
-    assert not sentences(report)
-    assert not sentences(report.merge(report))
 
 
 def test_a_feed_that_an_axis_cannot_keep_is_a_warning(program, hayashi):
@@ -349,33 +316,6 @@ def test_a_program_of_directions_is_checked_as_a_path_and_says_so(trunnion, tmp_
     assert {f.place.line for f in report.findings if f.code == "gouge"} <= set(range(8, 14))
     assert report.counts["gouge"] >= 3
     assert "axis-limit" not in report.counts
-
-
-@pytest.mark.parametrize(
-    ("control", "coordinates"),
-    [
-        ("linuxcnc", "axes"),
-        ("fanuc", "tip"),
-        ("heidenhain", "vector"),
-        ("points", "vector"),
-        ("apt", "vector"),
-    ],
-)
-def test_what_every_control_is_written_in_is_verified_too(wall, trunnion, tmp_path, control, coordinates):
-    rotary = np.unwrap(rotary_angles(trunnion, lean(wall))[0], axis=0)
-    motion = fill_in(wall, trunnion, rotary)[1] if coordinates == "axes" else follow(wall, trunnion, rotary)
-    path = tmp_path / f"p{DIALECTS[control].suffix}"
-    write_text(motion, path, machine=trunnion, control=control, coordinates=coordinates)
-    report = fx.verify_program(path, trunnion, toolpath=wall, tilt=TILT)
-    # The table of that machine fills the place where this path lies; nothing else may be wrong.
-    wrong = {f.code for f in report.findings if f.severity == "error"}
-    assert wrong <= {"fixture-collision", "machine-collision"}
-    assert "tip-deviation" not in report.counts
-    assert report.counts.get("angles-assumed", 0) == (coordinates == "vector")
-    assert report.figures["off_path_mm"] == 0.0
-    up = np.array([0.0, 0.0, 0.1])
-    lifted = replace(wall, pivot=wall.pivot + up, contact=wall.contact + up)
-    assert fx.verify_program(path, trunnion, toolpath=lifted).counts["path-missed"] == len(wall)
 
 
 def test_a_machine_without_rotary_axes_has_no_singular_direction(tmp_path):
