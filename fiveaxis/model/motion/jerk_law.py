@@ -12,7 +12,6 @@ from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
 from fiveaxis.base import Array, IntArray
 from fiveaxis.model.motion.jerk_barrier import (
@@ -223,6 +222,8 @@ def _course(path: SmoothPath, phases: Phases, first: int, last: int, step: float
     phases : of that part of the path under a known law
     step : s, about the time of an interval
     """
+    from scipy.ndimage import uniform_filter1d  # slow to load
+
     begin, end = path.station[first], path.station[last]
     total = float(phases.duration.sum())
     time = np.linspace(0.0, total, max(math.ceil(2.0 * total / step), FEWEST))
@@ -285,6 +286,8 @@ class _Runner:
 
     def final(self, course: _Course, step: float) -> SmoothPhases:
         """Find the quickest run from stop to stop that keeps all limits."""
+        from scipy.ndimage import maximum_filter1d  # slow to load
+
         limits, found = self._limits(course, step), []
         tight, inner = np.ones((len(course), 3)), None
         while True:

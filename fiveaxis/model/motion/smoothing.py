@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
 
 from fiveaxis.base import Array, BoolArray, IntArray, compiled
 from fiveaxis.model.motion.rounding import RoundedPath
@@ -168,6 +167,8 @@ def _smooth_run(
 
 def _evened(reach: Array, station: Array, curve: BoolArray) -> Array:
     """Let arms on curves change but slowly from row to row: what rounding adds to rows then cancels out."""
+    from scipy.ndimage import uniform_filter1d  # slow to load
+
     arms = np.where(curve, reach, np.inf)
     after = np.minimum.accumulate(arms - LENGTHENING * station) + LENGTHENING * station
     before = np.minimum.accumulate((arms + LENGTHENING * station)[::-1])[::-1] - LENGTHENING * station

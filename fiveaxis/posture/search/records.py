@@ -19,6 +19,8 @@ BREACH_PRICE, EXCESS_PRICE = 1e7, 1e6
 ROUNDING = 1e-9
 # Room for regions of each of both angles (`Trail.wide`).
 REGIONS = 128
+# A long turn is priced in no more than so many parts.
+MOST_COURSE_PARTS = 9
 # A state of which nothing is known moved every axis, so that nothing starts.
 ALL_MOVED = (1 << 62) - 1
 
@@ -163,6 +165,34 @@ class Found(NamedTuple):
     slots: IntArray
 
 
+class Space(NamedTuple):
+    """Work space of a step, for k axes, b bounds, m moves, c candidates and s states.
+
+    Parameters
+    ----------
+    model, directions, reach, targets : (k + 2 b, 6), (2 b, 3), (k + b,) and (m, 2): what `set_model`,
+        `bound_directions`, `reach_of_rows` and `targets_of_rows` compute
+    there, up, down : (k,), axis values of a posture, and the way to them
+    stays, rest : (c,), candidates that stay whatever they cost, and costs
+    given, values : inputs and values of the tape of first order, for s states
+    course, along_it : the same for the parts of a long turn
+    """
+
+    model: Array
+    directions: Array
+    reach: Array
+    targets: Array
+    there: Array
+    up: Array
+    down: Array
+    stays: BoolArray
+    rest: Array
+    given: Array
+    values: Array
+    course: Array
+    along_it: Array
+
+
 class Trail(NamedTuple):
     """All states kept, and work space: those of location i are rows ``begin[i]`` to ``begin[i + 1]``.
 
@@ -173,6 +203,7 @@ class Trail(NamedTuple):
     layers : states of the last two locations; those of location i are in ``layers[i % 2]``
     found, wide, used, keep, origin : see `candidates`, `kept` and `solved`
     given, quantities : inputs and values of the tape of second order
+    space : of the step that is searched
     """
 
     states: Array
@@ -186,6 +217,7 @@ class Trail(NamedTuple):
     origin: IntArray
     given: Array
     quantities: Array
+    space: Space
 
 
 def trail_of(problem: SearchProblem, first: Array, start: Array, most: int) -> Trail:
@@ -232,6 +264,27 @@ def trail_of(problem: SearchProblem, first: Array, start: Array, most: int) -> T
         np.empty(room, np.int64),
         np.empty((room, 8)),
         np.empty((room, 6 * (axes + 3))),
+        _space(problem, room, many),
+    )
+
+
+def _space(problem: SearchProblem, states: int, candidates: int) -> Space:
+    """Make work space."""
+    axes, bounds = len(problem.locations.low), problem.locations.references.shape[1]
+    return Space(
+        np.empty((axes + 2 * bounds, 6)),
+        np.empty((2 * bounds, 3)),
+        np.empty(axes + bounds),
+        np.empty((len(problem.moves), 2)),
+        np.empty(axes),
+        np.empty(axes),
+        np.empty(axes),
+        np.empty(candidates, np.bool_),
+        np.empty(candidates),
+        np.empty((states, 8)),
+        np.empty((states, 3 * (axes + 3))),
+        np.empty((MOST_COURSE_PARTS, 8)),
+        np.empty((MOST_COURSE_PARTS, 3 * (axes + 3))),
     )
 
 

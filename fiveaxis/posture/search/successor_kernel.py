@@ -20,7 +20,7 @@ import math
 
 import numpy as np
 
-from fiveaxis.base import Array, IntArray, compiled, inner, innermost
+from fiveaxis.base import Array, IntArray, compiled, innermost
 from fiveaxis.model import TURN
 from fiveaxis.posture.search.records import (
     BESIDE_PATH,
@@ -28,6 +28,7 @@ from fiveaxis.posture.search.records import (
     END,
     EXCESS_PRICE,
     LARGEST,
+    MOST_COURSE_PARTS,
     ONTO_PATH,
     REGIONS,
     ROUNDING,
@@ -40,6 +41,7 @@ from fiveaxis.posture.search.records import (
     Locations,
     Prices,
     SearchProblem,
+    Space,
     Trail,
 )
 from fiveaxis.posture.tape import play
@@ -57,8 +59,8 @@ HALFWAY = 1e-4
 REGION, REGIONS_PER_TURN = np.radians(5.0), 72
 # Makes numbers of cells positive.
 POSITIVE = 1 << 24
-# rad: a long turn is priced in parts of this size, and in no more than so many; and from so many states.
-COURSE_PART, MOST_COURSE_PARTS, MOST_COURSES = np.radians(20.0), 9, 64
+# rad: a long turn is priced in parts of this size; and from no more than so many states.
+COURSE_PART, MOST_COURSES = np.radians(20.0), 64
 
 
 @innermost
@@ -114,16 +116,11 @@ def travelled_along(
     i: int,
     turn1: float,
     turn2: float,
-    given: Array,
-    values: Array,
-    up: Array,
-    down: Array,
+    space: Space,
 ) -> None:
-    """Set how far axes travel up and down, (k,) each, along step i from state j, which turns far, rad.
-
-    `given` and `values` are work space for `MOST_COURSE_PARTS` parts.
-    """
-    locations, axes = problem.locations, len(up)
+    """Set how far axes travel up and down along step i from state j, which turns far, rad."""
+    locations, given, values = problem.locations, space.course, space.along_it
+    up, down, axes = space.up, space.down, len(space.up)
     parts = int(min(max(abs(turn1), abs(turn2)) // COURSE_PART + 1, MOST_COURSE_PARTS))
     for p in range(parts):
         share = (p + 1.0) / parts
@@ -166,61 +163,90 @@ def step_price(
 
 @compiled
 def cheapest_steps(
-    problem: SearchProblem, layer: Layer, size: int, i: int, rotary: Array, positions: Array
-) -> tuple[Array, IntArray, IntArray]:
+    problem: SearchProblem,
+    layer: Layer,
+    size: int,
+    i: int,
+    rotary: Array,
+    positions: Array,
+    space: Space,
+    cost: Array,
+    came: IntArray,
+    moved: IntArray,
+) -> None:
     """Price the cheapest step i to given postures, (m, 2) rad, with axis values (m, k), however far they are.
 
     On a long turn linear axes travel farther than from one end to the other: it is priced along its course.
     An axis without limits turns the shorter way; the postures are put on the turn that the step leads to.
 
-    Returns
-    -------
-    (m,) each: the cost there, infinite where every state would have to turn too far; the state that the step
-    comes from; and the axes that it moves
+    Parameters
+    ----------
+    cost, came, moved : (m,) each, filled in: the cost there, infinite where every state would have to turn
+        too far; the state that the step comes from; and the axes that it moves
     """
-    locations, turn, prices, cells = problem.locations, problem.locations.turn, problem.prices, problem.cells
-    spin, axes = locations.rotary[cells.spin], positions.shape[1]
-    least, there, up, down = np.empty(size), np.empty(axes), np.empty(axes), np.empty(axes)
-    given, values = np.empty((MOST_COURSE_PARTS, 8)), np.empty((MOST_COURSE_PARTS, 3 * (axes + 3)))
-    cost, came, moved = (
-        np.full(len(rotary), np.inf),
-        np.zeros(len(rotary), np.int64),
-        np.zeros(len(rotary), np.int64),
-    )
     for s in range(len(rotary)):
-        for j in range(size):
-            turn1, turn2, turns = shorter_turns(cells, layer.rotary, j, rotary, s)
-            least[j] = np.inf
-            if max(abs(turn1) - turn[i, 0], abs(turn2) - turn[i, 1]) > ROUNDING:
-                continue
-            for a in range(axes):
-                there[a] = positions[s, a]
-            there[spin] -= turns
-            turned = turn1 * turn1 + turn2 * turn2
-            travelled(layer.positions, j, there, up, down)
-            price, moves = step_price(prices, i, layer.moved[j], up, down, turned)
-            price += layer.cost[j]
-            if max(abs(turn1), abs(turn2)) > COURSE_PART:
-                least[j] = price
-            elif price < cost[s]:
-                cost[s], came[s], moved[s] = price, j, moves
-        for _ in range(MOST_COURSES):
-            j = int(np.argmin(least))
-            # The price from end to end is the least that a course can cost.
-            if not least[j] < cost[s]:
-                break
-            least[j] = np.inf
-            turn1, turn2, turns = shorter_turns(cells, layer.rotary, j, rotary, s)
-            travelled_along(problem, layer, j, i, turn1, turn2, given, values, up, down)
-            turned = turn1 * turn1 + turn2 * turn2
-            price, moves = step_price(prices, i, layer.moved[j], up, down, turned)
-            if layer.cost[j] + price < cost[s]:
-                cost[s], came[s], moved[s] = layer.cost[j] + price, j, moves
-        if cost[s] < np.inf:
-            turns = shorter_turns(cells, layer.rotary, came[s], rotary, s)[2]
-            rotary[s, cells.spin] -= turns
-            positions[s, spin] -= turns
-    return cost, came, moved
+        cheapest_step(problem, layer, size, i, rotary, positions, space, s, cost, came, moved)
+
+
+@innermost
+def cheapest_step(
+    problem: SearchProblem,
+    layer: Layer,
+    size: int,
+    i: int,
+    rotary: Array,
+    positions: Array,
+    space: Space,
+    s: int,
+    cost: Array,
+    came: IntArray,
+    moved: IntArray,
+) -> None:
+    """Price the cheapest step i to posture s of those given."""
+    turn, prices, cells, there, least = (
+        problem.locations.turn,
+        problem.prices,
+        problem.cells,
+        space.there,
+        space.rest,
+    )
+    spin = problem.locations.rotary[cells.spin]
+    cost[s], came[s], moved[s] = np.inf, 0, 0
+    for j in range(size):
+        turn1, turn2, turns = shorter_turns(cells, layer.rotary, j, rotary, s)
+        least[j] = np.inf
+        if max(abs(turn1) - turn[i, 0], abs(turn2) - turn[i, 1]) > ROUNDING:
+            continue
+        for a in range(len(there)):
+            there[a] = positions[s, a]
+        there[spin] -= turns
+        turned = turn1 * turn1 + turn2 * turn2
+        travelled(layer.positions, j, there, space.up, space.down)
+        price, moves = step_price(prices, i, layer.moved[j], space.up, space.down, turned)
+        price += layer.cost[j]
+        if max(abs(turn1), abs(turn2)) > COURSE_PART:
+            least[j] = price
+        elif price < cost[s]:
+            cost[s], came[s], moved[s] = price, j, moves
+    for _ in range(MOST_COURSES):
+        j = 0
+        for other in range(1, size):
+            if least[other] < least[j]:
+                j = other
+        # The price from end to end is the least that a course can cost.
+        if not least[j] < cost[s]:
+            break
+        least[j] = np.inf
+        turn1, turn2, turns = shorter_turns(cells, layer.rotary, j, rotary, s)
+        travelled_along(problem, layer, j, i, turn1, turn2, space)
+        turned = turn1 * turn1 + turn2 * turn2
+        price, moves = step_price(prices, i, layer.moved[j], space.up, space.down, turned)
+        if layer.cost[j] + price < cost[s]:
+            cost[s], came[s], moved[s] = layer.cost[j] + price, j, moves
+    if cost[s] < np.inf:
+        turns = shorter_turns(cells, layer.rotary, came[s], rotary, s)[2]
+        rotary[s, cells.spin] -= turns
+        positions[s, spin] -= turns
 
 
 @innermost
@@ -290,13 +316,12 @@ def region(cells: Cells, first: float, second: float) -> int:
     return turns % REGIONS_PER_TURN * REGIONS + int(np.floor(other / REGION)) % REGIONS
 
 
-@inner
-def targets_of_rows(locations: Locations, moves: Array, i: int) -> Array:
-    """Compute what moves ask of their rows at location i + 1, (m, 2); NaN where there is none.
+@innermost
+def targets_of_rows(locations: Locations, moves: Array, i: int, values: Array) -> None:
+    """Set what moves ask of their rows at location i + 1, (m, 2); NaN where there is none.
 
     Where a move isn't to the end of a bound it is what is added to the state's own value.
     """
-    values = np.empty((len(moves), 2))
     for move in range(len(moves)):
         for which in range(2):
             row, end = int(moves[move, which, ROW]), int(moves[move, which, END])
@@ -308,7 +333,6 @@ def targets_of_rows(locations: Locations, moves: Array, i: int) -> Array:
             if moves[move, which, LARGEST] != 0.0:
                 turn = locations.turn[i, 0 if row == locations.rotary[0] else 1]
                 values[move, which] += moves[move, which, LARGEST] * turn if np.isfinite(turn) else np.nan
-    return values
 
 
 @innermost
@@ -338,11 +362,10 @@ def turned_too_far(
     return over
 
 
-@inner
-def bound_directions(locations: Locations, i: int) -> Array:
-    """Compute the directions that leans are measured from, (2 b, 3): at location i + 1, and halfway to it."""
+@innermost
+def bound_directions(locations: Locations, i: int, directions: Array) -> None:
+    """Set the directions that leans are measured from, (2 b, 3): at location i + 1, and halfway to it."""
     bounds = locations.references.shape[1]
-    directions = np.empty((2 * bounds, 3))
     for b in range(bounds):
         square = 0.0
         for c in range(3):
@@ -351,19 +374,18 @@ def bound_directions(locations: Locations, i: int) -> Array:
             square += directions[bounds + b, c] ** 2
         for c in range(3):
             directions[bounds + b, c] /= math.sqrt(max(square, ROUNDING))
-    return directions
 
 
-@inner
-def reach_of_rows(locations: Locations, corridor: Corridor, i: int) -> Array:
-    """Bound how far rows of the model go in step i, (k + b,): rad and cosines: both turns together."""
+@innermost
+def reach_of_rows(locations: Locations, corridor: Corridor, i: int, reach: Array) -> None:
+    """Set how far rows of the model may go in step i, (k + b,): rad and cosines: both turns together."""
     axes, bounds = len(locations.low), locations.references.shape[1]
-    reach = np.full(axes + bounds, np.inf)
+    for a in range(axes):
+        reach[a] = np.inf
     for r in range(2):
         reach[locations.rotary[r]] = min(locations.turn[i, r] + ROUNDING, 2.0 * corridor.radius[r])
     for b in range(bounds):
         reach[axes + b] = reach[locations.rotary[0]] + reach[locations.rotary[1]]
-    return reach
 
 
 @innermost
@@ -414,9 +436,16 @@ def cell_of(cells: Cells, model: Array, level: float, spin: float, turn1: float,
     return 2 * cell(cells, level, spin) + (1 if rising > 0.0 else 0)
 
 
-@inner
+@innermost
 def candidates(
-    problem: SearchProblem, layer: Layer, size: int, quantities: Array, i: int, margin: float, found: Found
+    problem: SearchProblem,
+    layer: Layer,
+    size: int,
+    quantities: Array,
+    i: int,
+    margin: float,
+    space: Space,
+    found: Found,
 ) -> int:
     """Find candidates for location i + 1 by a model of second order about every state; return their number.
 
@@ -429,9 +458,11 @@ def candidates(
     locations, prices, moves = problem.locations, problem.prices, problem.moves
     corridor, cells = problem.corridor, problem.cells
     axes, count, least = len(locations.low), 0, np.inf
-    there, up, down = np.empty(axes), np.empty(axes), np.empty(axes)
-    directions, reach = bound_directions(locations, i), reach_of_rows(locations, corridor, i)
-    model, targets = np.empty((axes + len(directions), 6)), targets_of_rows(locations, moves, i)
+    there, up, down = space.there, space.up, space.down
+    model, directions, reach, targets = space.model, space.directions, space.reach, space.targets
+    bound_directions(locations, i, directions)
+    reach_of_rows(locations, corridor, i, reach)
+    targets_of_rows(locations, moves, i, targets)
     near = len(corridor.path) > 0
     only_path = near and not corridor.free[i + 1]
     first_move = (ONTO_PATH if only_path else BESIDE_PATH) if near else 0
@@ -506,9 +537,16 @@ def candidates(
     return count
 
 
-@inner
+@innermost
 def kept(
-    cells: Cells, found: Found, count: int, most: int, wide: IntArray, used: IntArray, keep: IntArray
+    cells: Cells,
+    found: Found,
+    count: int,
+    most: int,
+    wide: IntArray,
+    used: IntArray,
+    space: Space,
+    keep: IntArray,
 ) -> int:
     """Choose candidates: the path's own, the cheapest of every wide cell of both angles, then the cheapest.
 
@@ -525,8 +563,10 @@ def kept(
         for at in range(count):
             keep[at] = at
         return count
-    stays = np.zeros(count, np.bool_)
+    stays, rest = space.stays[:count], space.rest[:count]
     size = regions = 0
+    for at in range(count):
+        stays[at] = False
     for at in range(count):
         number = region(cells, found.rotary[at, 0], found.rotary[at, 1])
         best = wide[number] - 1
@@ -543,10 +583,8 @@ def kept(
         if size < most // 2 and not stays[at]:
             stays[at] = True
             size += 1
-    rest = np.full(count, np.inf)
     for at in range(count):
-        if not stays[at]:
-            rest[at] = found.cost[at]
+        rest[at] = np.inf if stays[at] else found.cost[at]
     cut = value_of_rank(rest, most - size - 1)
     size = 0
     for at in range(count):
@@ -624,34 +662,34 @@ def lean_excess(locations: Locations, i: int, values: Array, n: int, first: floa
     return over
 
 
-@inner
+@innermost
 def solved(
     problem: SearchProblem,
     layer: Layer,
     found: Found,
-    keep: IntArray,
+    unsolved: IntArray,
     i: int,
     quantities: Array,
+    space: Space,
     then: Layer,
     parents: IntArray,
 ) -> int:
     """Solve the candidates that were chosen exactly, and fill in the states of location i + 1; their number.
 
     Newton's method on the chain itself; the last step is linear, and of at most `CONVERGED`.
+
+    Parameters
+    ----------
+    unsolved : the candidates chosen; afterwards it is of no use
+    space : with the targets that the candidates were found by
     """
-    locations, prices, moves = problem.locations, problem.prices, problem.moves
-    corridor, cells = problem.corridor, problem.cells
-    axes, count, size = len(locations.low), len(keep), 0
-    given, values = np.empty((count, 8)), np.empty((count, 3 * (axes + 3)))
-    unsolved = np.empty(count, np.int64)
-    for n in range(count):
-        unsolved[n] = keep[n]
-        given[n, 0], given[n, 1] = found.rotary[keep[n], 0], found.rotary[keep[n], 1]
+    locations, prices, corridor, cells = problem.locations, problem.prices, problem.corridor, problem.cells
+    axes, size, left, moves, targets = len(locations.low), 0, len(unsolved), problem.moves, space.targets
+    there, up, down, given, values = space.there, space.up, space.down, space.given, space.values
+    for n in range(left):
+        given[n, 0], given[n, 1] = found.rotary[unsolved[n], 0], found.rotary[unsolved[n], 1]
         for d in range(6):
             given[n, 2 + d] = locations.given[i + 1, d]
-    there, up, down = np.empty(axes), np.empty(axes), np.empty(axes)
-    course, along_it = np.empty((MOST_COURSE_PARTS, 8)), np.empty((MOST_COURSE_PARTS, 3 * (axes + 3)))
-    left, targets = count, targets_of_rows(locations, moves, i)
     for _ in range(NEWTON_STEPS):
         play(*problem.first_order, given[:left], values[:left])
         again = 0
@@ -697,7 +735,7 @@ def solved(
             elif move == BESIDE_PATH:
                 there[cells.level] = layer.positions[j, cells.level]
             if max(abs(turn1), abs(turn2)) > COURSE_PART:
-                travelled_along(problem, layer, j, i, turn1, turn2, course, along_it, up, down)
+                travelled_along(problem, layer, j, i, turn1, turn2, space)
             else:
                 travelled(layer.positions, j, there, up, down)
             turned = turn1 * turn1 + turn2 * turn2
@@ -731,7 +769,7 @@ def advance(
     -------
     The last location that has states, and the margin there
     """
-    locations, found = problem.locations, trail.found
+    locations, found, space = problem.locations, trail.found, trail.space
     for i in range(begin, end):
         here, then = trail.layers[i % 2], trail.layers[(i + 1) % 2]
         size = trail.begin[i + 1] - trail.begin[i]
@@ -740,9 +778,10 @@ def advance(
             for d in range(6):
                 trail.given[j, 2 + d] = locations.given[i + 1, d]
         play(*problem.second_order, trail.given[:size], trail.quantities[:size])
-        count = candidates(problem, here, size, trail.quantities, i, margin, found)
-        chosen = kept(problem.cells, found, count, most, trail.wide, trail.used, trail.keep)
-        size = solved(problem, here, found, trail.keep[:chosen], i, trail.quantities, then, trail.origin)
+        count = candidates(problem, here, size, trail.quantities, i, margin, space, found)
+        chosen = kept(problem.cells, found, count, most, trail.wide, trail.used, space, trail.keep)
+        unsolved = trail.keep[:chosen]
+        size = solved(problem, here, found, unsolved, i, trail.quantities, space, then, trail.origin)
         for at in range(count):
             found.table[found.slots[at]] = 0
         if not size:

@@ -328,7 +328,8 @@ def _bridged(
     rotary = samples[row]
     rotary = np.ascontiguousarray(rotary[:: -(-len(rotary) // (most - size)) or 1])
     positions = problem.positions(np.full(len(rotary), i), rotary)
-    cost, came, moved = cheapest_steps(searched, here, before, i - 1, rotary, positions)
+    cost, came, moved = np.empty(len(rotary)), *np.empty((2, len(rotary)), dtype=np.int64)
+    cheapest_steps(searched, here, before, i - 1, rotary, positions, trail.space, cost, came, moved)
     kept = np.flatnonzero(np.isfinite(cost))
     begin = int(trail.begin[i]) + size
     rows, at = slice(begin, begin + len(kept)), slice(size, size + len(kept))
