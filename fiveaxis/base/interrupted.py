@@ -73,9 +73,10 @@ class Kept(Checkpoint):
         digest = hashlib.sha256(b"".join(np.ascontiguousarray(column).tobytes() for column in columns))
         self._before = f"{digest.hexdigest()[:16]}-"
 
-    def part(self, number: int) -> Kept:
+    def part(self) -> Kept:
         """Return what keeps the steps of one of several threads that the next steps are done in."""
-        return Kept(self._folder, f"{self._before}{self._count}.{number}-")
+        self._count += 1
+        return Kept(self._folder, f"{self._before}{self._count}-")
 
 
 @contextmanager

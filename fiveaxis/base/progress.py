@@ -190,7 +190,7 @@ class Checkpoint:
     def about(self, *_columns: NDArray[Any]) -> None:
         """Tell what the next steps are about: steps about anything else aren't theirs."""
 
-    def part(self, _number: int) -> Checkpoint:
+    def part(self) -> Checkpoint:
         """Return what takes the steps of one of several threads."""
         return self
 

@@ -312,7 +312,7 @@ class Delivery:
             replace(
                 self,
                 stages=[],
-                options=replace(silent if n else self.options, checkpoint=self.options.checkpoint.part(n)),
+                options=replace(silent if n else self.options, checkpoint=self.options.checkpoint.part()),
             )
             for n in range(len(tasks))
         ]

@@ -47,7 +47,9 @@ def kept(folder: Path) -> list[Path]:
 def test_a_job_interrupted_after_each_of_its_steps_does_each_once_and_gives_the_same_files(
     job, tmp_path, monkeypatch
 ):
-    uninterrupted, done = finish(job, tmp_path / "whole"), []
+    with monkeypatch.context() as no_step_is_long:
+        no_step_is_long.setattr("fiveaxis.base.interrupted.LONG", np.inf)
+        uninterrupted, done = finish(job, tmp_path / "whole"), []
 
     def interrupted(self: Kept, find: Callable, found: Callable = Kept.found) -> object:
         def step() -> object:
@@ -128,6 +130,12 @@ def test_what_was_found_of_another_path_isnt_taken(tmp_path):
 
     path, other = np.zeros((5, 3)), np.ones((5, 3))
     assert [find(path, 1.0), find(other, 2.0), find(path, 3.0), find(other, 4.0)] == [1.0, 2.0, 1.0, 2.0]
+
+
+def test_steps_that_threads_do_later_arent_taken_for_those_that_they_did_before(tmp_path):
+    whole = Kept(tmp_path)
+    found = [float(whole.part().found(lambda step=step: np.array([step]))[0]) for step in range(4)]
+    assert found == [0.0, 1.0, 2.0, 3.0]
 
 
 def test_a_job_is_the_same_wherever_its_files_lie(job, tmp_path):
