@@ -33,7 +33,7 @@ def assert_sound(solution):
 
 @pytest.mark.slow
 def test_the_dome_is_solved_with_and_without_a_bound_on_turns(hayashi, dome):
-    free = optimise(dome, hayashi, tilt=(10, 70), max_turn=360.0, effort="normal")
+    free = optimise(dome, hayashi, tilt=(10, 70), max_turn=360.0, effort="quick")
     # Fast turns, over which the tool would hop out of its range between two locations, aren't taken.
     assert "between-locations" not in {finding.code for finding in free.toolpath.findings}
     assert_sound(free)
