@@ -70,6 +70,13 @@ def test_a_program_that_is_kept_back_is_not_to_be_run_whatever_else_was_accepted
     assert [line.split(" (")[0] for line in others] == ["Correct: gouge"]
 
 
+def test_the_time_is_compared_with_the_baselines(solution: Optimum, verdict: Report) -> None:
+    normal = solution.compared["normal"]
+    slower = replace(normal, energy=replace(normal.energy, time=1.25 * solution.energy.time))
+    document = ReportDocument(replace(solution, compared={"normal": slower}), verdict)
+    assert document.answers.saved.text.startswith(f"{saving(0.2)} time (")
+
+
 def test_the_saving_is_one_number_against_the_cheapest_baseline(
     solution: Optimum, verdict: Report, program: ProgramFigures
 ) -> None:
