@@ -153,29 +153,6 @@ def test_what_cannot_be_read_back_is_not_written(solution, tmp_path, hayashi):
     assert not (tmp_path / "a.ngc").exists()
 
 
-def test_words_that_say_another_motion_are_found(solution, tmp_path):
-    """A table of one's own whose words mean something else: rapid cuts, a spindle that stands."""
-    faults = {
-        'linear = "G0 {words} F{feed}"': "rapid-in-cut",
-        'spindle = "S{rpm} M5"': "spindle-off",
-        'spindle = "S{rpm} M4"': "spindle-off",
-        '[feed.inverse_time]\nword = "G94"': "duration-differs",
-    }
-    for words, code in faults.items():
-        table = tmp_path / "mine.toml"
-        table.write_text(f'based_on = "linuxcnc"\n{words}\n')
-        made = solution.program(control=table, settings=ProgramSettings(spindle_rpm=8000))
-        assert code in made.report.counts, (words, made.report.counts)
-
-
-def test_tcp_that_was_never_switched_on_is_found(solution, tmp_path):
-    table = tmp_path / "mine.toml"
-    table.write_text('based_on = "linuxcnc"\n[modes.tip]\non = ["G43"]\noff = []\n')
-    made = solution.program(control=table, coordinates="tip")
-    assert not made.ok
-    assert {"tcp-state", "text-differs"} & set(made.report.counts)
-
-
 def test_a_spindle_that_was_not_given_is_reported_as_not_checked(solution):
     made = solution.program()
     assert "spindle: no speed was given, and the program switches none on" in made.report.not_checked

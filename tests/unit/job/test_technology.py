@@ -1,8 +1,5 @@
 """What a program puts in force besides positions, checked against what was asked for."""
 
-import re
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from planted.trial import TILT, cone_wall
@@ -12,7 +9,7 @@ from fiveaxis.base.errors import SettingError, ToolpathError
 from fiveaxis.job import verify_program
 from fiveaxis.model import Toolpath, parse_tool
 from fiveaxis.model.motion.filling import fill_in
-from fiveaxis.nc import ProgramSettings, write_motion
+from fiveaxis.nc import ProgramSettings
 
 SETTINGS = ProgramSettings(
     spindle_rpm=8000, tool_number=7, length_offset=13, coolant="flood", work_offset="G55", retract=0.0
@@ -189,40 +186,6 @@ def test_an_approach_below_the_surface_is_found_without_a_mesh_of_the_part(solut
     deep = lines[first].replace(z, f"Z{float(z[1:]) - 30.0:.4f}")
     assert check(lines).ok
     assert "approach-deep" in check([*lines[:first], deep, *lines[first + 1 :]]).counts
-
-
-def test_a_plunge_after_the_path_is_found_at_its_own_row(solution, check):
-    made = solution.program(control="fanuc", coordinates="axes", settings=SETTINGS)
-    lines = list(made.text.lines)
-    cuts = [i for i, line in enumerate(lines) if line.startswith("G1")]
-    head, end = lines[: cuts[-1] + 1], lines[cuts[-1] + 1 :]
-    z, feed = (re.findall(word, "\n".join(head))[-1] for word in (r"Z(-?[0-9.]+)", r"F[0-9.]+"))
-    report = check([*head, f"G1 Z{float(z) - 30.0:.4f} {feed}", *end])
-    found = [f for f in report.findings if f.code == "approach-deep"]
-    assert found
-    assert all(f.place.location >= len(cuts) for f in found)
-
-
-def test_a_program_that_passes_no_location_misses_its_path(solution, lines, check):
-    lift = np.array([0.0, 0.0, 5.0])
-    path = solution.toolpath
-    other = replace(path, pivot=path.pivot + lift, contact=path.contact + lift)
-    assert "path-missed" in check(lines, path=other).counts
-
-
-@pytest.mark.parametrize(("column", "factor"), [("time", 10.0), ("time", 0.1), ("feed", 10.0)])
-def test_a_table_whose_durations_or_feeds_are_not_those_of_its_path_is_found(
-    solution, tmp_path, column, factor
-):
-    motion = solution.motion
-    file = write_motion(motion, tmp_path / "motion.csv", solution.machine)
-    path = solution.toolpath
-    assert verify_program(file, solution.machine, toolpath=path, tilt=TILT).ok
-    wrong = replace(motion, **{column: factor * getattr(motion, column)})
-    file = write_motion(wrong, tmp_path / "wrong.csv", solution.machine)
-    found = verify_program(file, solution.machine, toolpath=path, tilt=TILT)
-    assert "feed-differs" in found.counts
-    assert not verify_program(file, solution.machine, tool=path.tool).ok
 
 
 def test_inserted_blocks_of_a_bull_nose_keep_the_feed_of_the_whole_move(hayashi):
