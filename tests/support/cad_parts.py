@@ -19,6 +19,7 @@ def shapes() -> dict[str, list[Any]]:
     import OCP.collections as lists
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut as Cut
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge as Edge
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert as Rational
     from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform as Transform
     from OCP.BRepOffsetAPI import BRepOffsetAPI_ThruSections
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox as Box
@@ -50,6 +51,7 @@ def shapes() -> dict[str, list[Any]]:
         "slanted": [Cut(Cut(post, half).Shape(), hole).Shape()],
         "sphere": [Sphere(10.0).Shape()],
         "torus": [Torus(12.0, 4.0).Shape()],
+        "rational": [Rational(Torus(12.0, 4.0).Shape()).Shape()],
         "cylinder": [Cylinder(5.0, 20.0).Shape()],
         "cone": [Cone(8.0, 3.0, 12.0).Shape()],
         "tip": [Cone(8.0, 0.0, 12.0).Shape()],
@@ -69,6 +71,7 @@ def shapes() -> dict[str, list[Any]]:
 def impeller(blades: int) -> Any:
     """A hub with twisted blades around it, of nine faces each."""
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Fuse
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert as Rational
     from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform as Transform
     from OCP.BRepOffsetAPI import BRepOffsetAPI_ThruSections
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeCone as Cone

@@ -120,7 +120,7 @@ def test_areas_are_those_of_the_surfaces(parts, name):
         assert part.faces[i].area == pytest.approx(area, rel=1e-9)
 
 
-@pytest.mark.parametrize("name", ["blade", "torus", "cone"])
+@pytest.mark.parametrize("name", ["blade", "torus", "cone", "rational"])
 def test_derivatives_are_those_of_the_surface(parts, name):
     part, step = model(parts / f"{name}.step"), 1e-5
     rng = np.random.default_rng(1)
