@@ -71,7 +71,6 @@ def shapes() -> dict[str, list[Any]]:
 def impeller(blades: int) -> Any:
     """A hub with twisted blades around it, of nine faces each."""
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Fuse
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert as Rational
     from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform as Transform
     from OCP.BRepOffsetAPI import BRepOffsetAPI_ThruSections
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeCone as Cone
