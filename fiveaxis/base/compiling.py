@@ -24,9 +24,10 @@ if numba.config.CPU_NAME is None and numba.config.CPU_FEATURES is None:
 def compiled(function: Callable[P, T]) -> Callable[P, T]:
     """Compile a function at its first call, cache the machine code, and release the GIL while it runs.
 
-    Division by 0 gives infinity, as in numpy: checking for it takes half of a loop's time.
+    Division by 0 gives infinity, as in numpy: checking for it takes half of a loop's time. References to
+    arrays are counted whoever calls it first, also a part that counts none (`innermost`).
     """
-    options = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+    options = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, "_nrt": True}
     return _kept(lambda keep: cast("Callable[P, T]", numba.njit(cache=keep, **options)(function)))
 
 

@@ -1,5 +1,6 @@
-"""An installation that can't be written, of a user without a home: loops are compiled all the same."""
+"""Loops are compiled whatever calls them first, and where nothing can be kept."""
 
+import importlib.util
 import os
 import shutil
 import subprocess
@@ -17,6 +18,32 @@ from fiveaxis.cam import TriangleTree
 import fiveaxis.cam.mesh.kernels
 print(TriangleTree.build(np.eye(3)[None]).distances(np.zeros((1, 3)))[0])
 """
+
+
+LOOPS = """
+import numpy as np
+from fiveaxis.base import compiled, innermost
+
+@compiled
+def made(n):
+    return np.ones(n)[0]
+
+@innermost
+def part(n):
+    return made(n) + 1.0
+
+@compiled
+def whole(n):
+    return part(n)
+"""
+
+
+def test_a_part_that_counts_no_references_may_be_the_first_to_call_a_loop_that_makes_an_array(tmp_path):
+    (tmp_path / "loops.py").write_text(LOOPS)
+    spec = importlib.util.spec_from_file_location("loops", tmp_path / "loops.py")
+    loops = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(loops)
+    assert loops.whole(3) == 2.0
 
 
 @pytest.mark.slow

@@ -334,7 +334,7 @@ def walk(
         to_anchor = 0.0
         for c in columns:
             # The anchor may be whole turns away.
-            near = anchored[i, c] - TURN * np.round((anchored[i, c] - here[c]) / TURN)
+            near = anchored[i, c] - TURN * np.rint((anchored[i, c] - here[c]) / TURN)
             if limits[0, c] <= near <= limits[1, c]:
                 anchored[i, c] = near
         for a in range(axes):

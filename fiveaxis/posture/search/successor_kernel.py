@@ -254,7 +254,7 @@ def shorter_turns(cells: Cells, here: Array, j: int, there: Array, s: int) -> tu
     """Find the turns of both axes from posture j to posture s; and the whole turns left out of the second."""
     turn1, turn2, turns = there[s, 0] - here[j, 0], there[s, 1] - here[j, 1], 0.0
     if cells.around:
-        turns = TURN * np.round((turn1 if cells.spin == 0 else turn2) / TURN)
+        turns = TURN * np.rint((turn1 if cells.spin == 0 else turn2) / TURN)
         turn1, turn2 = (turn1 - turns, turn2) if cells.spin == 0 else (turn1, turn2 - turns)
     return turn1, turn2, turns
 
