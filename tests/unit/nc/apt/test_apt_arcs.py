@@ -66,27 +66,6 @@ def test_an_arc_to_its_begin_is_a_full_circle(read):
     assert swept(read("GOTO/10,0,5\nCIRCLE/0,0,5,0,0,-1\nGOTO/10,0,5\n")) == -360
 
 
-def test_ends_of_different_heights_make_a_helix(read):
-    path = read("GOTO/10,0,0\nCIRCLE/0,0,0,0,0,1,10\nGOTO/-10,0,6\n")
-    points = tips(path)
-    angle = np.arctan2(points[:, 1], points[:, 0])
-    np.testing.assert_allclose(points[:, 2], 6 * angle / np.pi, atol=ROUNDING)
-
-
-def test_arcs_may_lie_in_any_plane(read):
-    axis = np.array([2.0, -1.0, 2.0]) / 3
-    u = np.array([1.0, 2.0, 0.0]) / np.sqrt(5)
-    centre, v = np.array([5.0, 6.0, 7.0]), np.cross(axis, u)
-    begin, end = centre + 8 * u, centre + 8 * v
-    text = "GOTO/{}\nCIRCLE/{},8\nGOTO/{}\n".format(
-        *(",".join(map(repr, map(float, row))) for row in (begin, np.append(centre, axis), end))
-    )
-    points = tips(read(text))
-    np.testing.assert_allclose((points - centre) @ axis, 0, atol=ROUNDING)
-    along = (points - centre) @ u, (points - centre) @ v
-    assert np.all(np.diff(np.arctan2(along[1], along[0])) > 0)
-
-
 def test_the_tool_axis_turns_evenly_along_an_arc(read):
     path = read("GOTO/10,0,0,0,0,1\nCIRCLE/0,0,0,0,0,1,10\nGOTO/0,10,0,0,0.6,0.8\n")
     np.testing.assert_allclose(np.linalg.norm(path.axis, axis=1), 1, atol=ROUNDING)
