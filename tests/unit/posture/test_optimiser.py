@@ -53,14 +53,6 @@ def test_a_small_path_is_sound_and_has_a_record_of_the_solver(plain):
     assert min(stage.after for stage in solution.stages[1:]) <= solution.energy.travel * (1.0 + 1e-3)
 
 
-def test_a_path_given_ten_times_as_densely_is_sound_and_costs_no_more(hayashi):
-    # 5 001 locations and more are solved at their knots first.
-    few, many = (optimise(ring(n), hayashi, tilt=(15, 75), effort="quick") for n in (600, 6000))
-    assert_sound(many)
-    assert "between-locations" not in {finding.code for finding in many.toolpath.findings}
-    assert many.energy.travel <= 1.01 * few.energy.travel
-
-
 def test_the_other_solver_ends_as_low_and_both_where_nothing_is_left_to_gain(hayashi, plain):
     other = optimise(ring(), hayashi, tilt=(15, 75), effort="normal", solver="ipopt")
     assert_sound(other)

@@ -252,9 +252,9 @@ def test_options_that_are_wrong_or_exclude_each_other_say_so(options, message):
         plan_contour(trimesh.creation.box(), Tool.ball(4), **options)
 
 
-@pytest.mark.parametrize("options", [{"order": "islands"}, {"spiral": True}, {"scallop": 0.1}])
+@pytest.mark.parametrize("options", [{}, {"order": "islands"}, {"spiral": True}, {"scallop": 0.1}])
 def test_a_part_without_overhangs_says_so_whatever_the_options(options):
-    with pytest.raises(MeshError, match="has no overhanging wall on its sections"):
+    with pytest.raises(MeshError, match=r"has no overhanging wall on its sections .*10 × 10 × 10 mm"):
         plan_contour(trimesh.creation.box(extents=[10.0] * 3), Tool.ball(4), overhang=True, **options)
 
 
@@ -262,6 +262,7 @@ def test_a_part_without_overhangs_says_so_whatever_the_options(options):
 @pytest.mark.parametrize(
     "options",
     [
+        {"stepdown": 1.0, "overhang": True},
         {"strategy": "raster", "raster_angle": 20.0, "stepover": 2.0},
         {"scallop": 0.1, "order": "islands", "direction": "zigzag"},
         {"stepdown": 2.0, "spiral": True, "lead_in": 2.0, "lead_out": 2.0},
