@@ -11,15 +11,17 @@ Importing this module loads numba.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from fiveaxis.base import Array, compiled
-from fiveaxis.check.stock.rays import HALF_DIAGONAL, TILE, Rays, cut, fit_tile, overlap
+from fiveaxis.base import Array, compiled, inner, innermost
+from fiveaxis.check.stock.sweep_loop import sweep_loop
 
 if TYPE_CHECKING:
     from fiveaxis.check.stock.sweeping import BallSweep
+
+Segment: TypeAlias = tuple[int, Array, Array, Array, Array, float]
 
 # Figures of segments, by what their nodes are: centre at the start, at the end, upper end at the end, at the
 # start, and the saddle's middle.
@@ -136,96 +138,56 @@ def ball_on_ray(
     return low, high, slope_low, slope_high, part_low, part_high
 
 
-@compiled
-def sweep_balls(
-    rays: Rays,
-    sweep: BallSweep,
-    tile_rows: tuple[int, int],
-    begin: int,
-    first: int,
-    figures: Array,
-    keep: bool,
-) -> int:
-    """Remove swept balls from the rays of some rows of tiles.
+@inner
+def start_ball(sweep: BallSweep) -> tuple[Array, Array, Array]:
+    """Make room for the edges and faces of a figure."""
+    return np.empty((8, 3)), np.empty(8), np.empty((4, 9))
 
-    Parameters
-    ----------
-    sweep : with nodes in mm from the grid's low corner
-    tile_rows : first row of tiles, and the one behind the last
-    begin : segment to begin with
-    first : what is added to a segment's block for its name on the ends that it makes
-    keep : whether nothing is removed, and the figures are what would be
-    figures : (blocks, 2), mm³ that each block removes and mm² of contact at its end, added to
 
-    Returns
-    -------
-    Number of segments done; less than all if a ray would need more intervals
+@inner
+def ball_segment(sweep: BallSweep, g: int, room: tuple[Array, Array, Array]) -> Segment:
+    """Return a segment: figure, nodes, room, radius."""
+    return sweep.kinds[g], sweep.nodes[g], *room, sweep.radius
 
-    Notes
-    -----
-    `sweep_bodies` goes through tiles and rays in the same way. One loop for both, with a branch at each ray,
-    takes a fifth longer for balls.
-    """
-    d, h, n, ends, cut_by, count, tiles = rays
-    kinds, nodes, radius, block = sweep
-    u, v = (d + 1) % 3, (d + 2) % 3
-    nu, nv, area = n[u], n[v], h[u] * h[v]
-    wider = radius + TILE * HALF_DIAGONAL * max(h[u], h[v])
-    way, size, face = np.empty((8, 3)), np.empty(8), np.empty((4, 9))
-    top = n[d] * h[d]
-    for g in range(begin, len(block)):
-        p, kind = nodes[g], kinds[g]
-        d_low = d_high = p[0, d]
-        u_low = u_high = p[0, u]
-        v_low = v_high = p[0, v]
-        for k in range(1, NODES[kind]):
-            d_low, d_high = min(d_low, p[k, d]), max(d_high, p[k, d])
-            u_low, u_high = min(u_low, p[k, u]), max(u_high, p[k, u])
-            v_low, v_high = min(v_low, p[k, v]), max(v_high, p[k, v])
-        d_low, d_high = d_low - radius, d_high + radius
-        i0 = max(tile_rows[0] * TILE, int(np.ceil((u_low - radius) / h[u] - 0.5)))
-        i1 = min(nu - 1, tile_rows[1] * TILE - 1, int(np.floor((u_high + radius) / h[u] - 0.5)))
-        j0 = max(0, int(np.ceil((v_low - radius) / h[v] - 0.5)))
-        j1 = min(nv - 1, int(np.floor((v_high + radius) / h[v] - 0.5)))
-        if d_high <= 0.0 or d_low >= top or i1 < i0 or j1 < j0:
-            continue
-        frame_figure(d, kind, p, way, size, face)
-        last = g + 1 == len(block) or block[g + 1] != block[g]
-        for a in range(i0 // TILE, i1 // TILE + 1):
-            for b in range(j0 // TILE, j1 // TILE + 1):
-                # The sweep within a tile is within the wider sweep on the tile's middle ray.
-                if tiles[a, b, 0] >= d_high or tiles[a, b, 1] <= d_low:
-                    continue
-                x, y = (a + 0.5) * TILE * h[u], (b + 0.5) * TILE * h[v]
-                low, high, _, _, _, _ = ball_on_ray(d, kind, p, way, size, face, wider, x, y)
-                if low >= high or low >= tiles[a, b, 1] or high <= tiles[a, b, 0]:
-                    continue
-                changed = False
-                for i in range(max(i0, a * TILE), min(i1, a * TILE + TILE - 1) + 1):
-                    for j in range(max(j0, b * TILE), min(j1, b * TILE + TILE - 1) + 1):
-                        ray = i * nv + j
-                        m = count[ray]
-                        if m == 0 or ends[ray, 0] >= d_high or ends[ray, 2 * m - 1] <= d_low:
-                            continue
-                        x, y = (i + 0.5) * h[u], (j + 0.5) * h[v]
-                        low, high, slope_low, slope_high, part_low, part_high = ball_on_ray(
-                            d, kind, p, way, size, face, radius, x, y
-                        )
-                        if low >= high:
-                            continue
-                        if keep:
-                            figures[block[g], 0] += overlap(ends, count, ray, low, high) * area
-                            continue
-                        removed, made = cut(ends, cut_by, count, ray, low, high, first + block[g])
-                        if removed < 0.0:
-                            return g
-                        if removed > 0.0:
-                            changed = True
-                            figures[block[g], 0] += removed * area
-                            if last and made & 1 and part_low in (END_SPHERE, END_CYLINDER):
-                                figures[block[g], 1] += slope_low / radius * area
-                            if last and made & 2 and part_high in (END_SPHERE, END_CYLINDER):
-                                figures[block[g], 1] += slope_high / radius * area
-                if changed:
-                    fit_tile(tiles, a, b, ends, count, nu, nv)
-    return len(block)
+
+@innermost
+def bound_ball(segment: Segment, low: Array, high: Array) -> None:
+    """Bound a segment."""
+    kind, p, _, _, _, radius = segment
+    for k in range(3):
+        low[k] = high[k] = p[0, k]
+        for node in range(1, NODES[kind]):
+            low[k], high[k] = min(low[k], p[node, k]), max(high[k], p[node, k])
+        low[k], high[k] = low[k] - radius, high[k] + radius
+
+
+@inner
+def frame_ball(d: int, segment: Segment) -> None:
+    """Prepare a segment for rays along d."""
+    kind, p, way, size, face, _ = segment
+    frame_figure(d, kind, p, way, size, face)
+
+
+@innermost
+def ball_near(d: int, segment: Segment, x: float, y: float, wider: float, low: float, high: float) -> bool:
+    """Whether a ray comes within a wider ball between two places."""
+    kind, p, way, size, face, radius = segment
+    begin, end, _, _, _, _ = ball_on_ray(d, kind, p, way, size, face, radius + wider, x, y)
+    return begin < end and begin < high and end > low
+
+
+@innermost
+def ball_meets(
+    d: int, segment: Segment, x: float, y: float, _low: float, _high: float, _keep: bool
+) -> tuple[float, float, float, float]:
+    """Where a ray is in the sweep, and the slopes of contact there at the segment's end."""
+    kind, p, way, size, face, radius = segment
+    low, high, slope_low, slope_high, part_low, part_high = ball_on_ray(
+        d, kind, p, way, size, face, radius, x, y
+    )
+    at_low = slope_low / radius if part_low in (END_SPHERE, END_CYLINDER) else 0.0
+    at_high = slope_high / radius if part_high in (END_SPHERE, END_CYLINDER) else 0.0
+    return low, high, at_low, at_high
+
+
+sweep_balls = sweep_loop(start_ball, ball_segment, bound_ball, frame_ball, ball_near, ball_meets)

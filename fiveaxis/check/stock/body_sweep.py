@@ -12,16 +12,19 @@ Importing this module loads numba.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from fiveaxis.base import Array, IntArray, compiled
-from fiveaxis.check.stock.rays import HALF_DIAGONAL, TILE, TINY, Counts, Ends, Rays, cut, fit_tile, overlap
+from fiveaxis.base import Array, IntArray, compiled, inner, innermost
+from fiveaxis.check.stock.rays import TINY, Counts, Ends
+from fiveaxis.check.stock.sweep_loop import sweep_loop
 from fiveaxis.model import inside
 
 if TYPE_CHECKING:
     from fiveaxis.check.stock.sweeping import BodySweep
+
+Segment: TypeAlias = tuple[Array, Array, Array, Array, Array]
 
 # mm: accuracy of the largest depth over a segment; tangents flatter than this lead nowhere.
 DEPTH, FLAT = 2e-5, 1e-9
@@ -214,97 +217,72 @@ def beside(d: int, x: Array, place: float, pose: Array) -> bool:
     return height > BOTTOM
 
 
-@compiled
-def sweep_bodies(
-    rays: Rays,
-    sweep: BodySweep,
-    tile_rows: tuple[int, int],
-    begin: int,
-    first: int,
-    figures: Array,
-    keep: bool,
-) -> int:
-    """Remove a swept convex body from the rays of some rows of tiles; parameters as of `sweep_balls`.
+@inner
+def start_body(sweep: BodySweep) -> tuple[Array, Array, Array]:
+    """Make room for a segment's body (strips run at once), a point of a ray, and its time there.
 
-    Parameters
-    ----------
-    sweep : with tips in mm from the grid's low corner; `ALONG` of its body is set here for each segment
+    Consecutive rays meet the body at about the same time.
     """
-    d, h, n, ends, cut_by, count, tiles = rays
-    poses, zones, body, block = sweep
-    u, v = (d + 1) % 3, (d + 2) % 3
-    nu, nv, area = n[u], n[v], h[u] * h[v]
-    body = body.copy()  # strips run at once
-    radius, low, high = body[RADIUS] + max(body[WIDER], 0.0), body[LOW], body[HIGH]
-    wider = body[WIDER] + TILE * HALF_DIAGONAL * max(h[u], h[v])
-    x, corners, top = np.zeros(3), np.empty((4, 3)), n[d] * h[d]
-    for g in range(begin, len(block)):
-        pose = poses[g]
-        body[ALONG] = np.sqrt(np.sum((pose[3] - pose[1]) ** 2)) * (radius + high - low) / 4.0
-        for k in range(3):
-            corners[0, k], corners[1, k] = pose[0, k] + low * pose[1, k], pose[0, k] + high * pose[1, k]
-            corners[2, k], corners[3, k] = pose[2, k] + low * pose[3, k], pose[2, k] + high * pose[3, k]
-        d_low, d_high = np.min(corners[:, d]) - radius, np.max(corners[:, d]) + radius
-        if d_high <= 0.0 or d_low >= top:
-            continue
-        i0 = max(tile_rows[0] * TILE, int(np.ceil((np.min(corners[:, u]) - radius) / h[u] - 0.5)))
-        i1 = min(nu - 1, tile_rows[1] * TILE - 1)
-        i1 = min(i1, int(np.floor((np.max(corners[:, u]) + radius) / h[u] - 0.5)))
-        j0 = max(0, int(np.ceil((np.min(corners[:, v]) - radius) / h[v] - 0.5)))
-        j1 = min(nv - 1, int(np.floor((np.max(corners[:, v]) + radius) / h[v] - 0.5)))
-        last = g + 1 == len(block) or block[g + 1] != block[g]
-        for a in range(i0 // TILE, i1 // TILE + 1):
-            for b in range(j0 // TILE, j1 // TILE + 1):
-                if tiles[a, b, 0] >= d_high or tiles[a, b, 1] <= d_low:
-                    continue
-                x[u], x[v] = (a + 0.5) * TILE * h[u], (b + 0.5) * TILE * h[v]
-                start, stop = max(d_low, float(tiles[a, b, 0])), min(d_high, float(tiles[a, b, 1]))
-                place, _, time = first_point(d, x, start, stop, 0.5, wider, pose, zones, body)
-                if not place < stop:
-                    continue
-                changed = False
-                for i in range(max(i0, a * TILE), min(i1, a * TILE + TILE - 1) + 1):
-                    for j in range(max(j0, b * TILE), min(j1, b * TILE + TILE - 1) + 1):
-                        ray = i * nv + j
-                        m = count[ray]
-                        if m == 0 or ends[ray, 0] >= d_high or ends[ray, 2 * m - 1] <= d_low:
-                            continue
-                        x[u], x[v] = (i + 0.5) * h[u], (j + 0.5) * h[v]
-                        # Only the part of the body beside material matters.
-                        start, stop = (
-                            max(d_low, float(ends[ray, 0])),
-                            min(d_high, float(ends[ray, 2 * m - 1])),
-                        )
-                        enters, slope_in, t_in = first_point(
-                            d, x, start, stop, time, body[WIDER], pose, zones, body
-                        )
-                        time = t_in
-                        if not enters < stop:
-                            continue
-                        leaves, slope_out, t_out = first_point(
-                            d, x, stop, start, time, body[WIDER], pose, zones, body
-                        )
-                        time = t_out
-                        if not leaves > enters:
-                            continue
-                        if keep:
-                            figures[block[g], 0] += overlap(ends, count, ray, enters, leaves) * area
-                            continue
-                        enters -= 2.0 * TINY * (enters == start)
-                        leaves += 2.0 * TINY * (leaves == stop)
-                        removed, made = cut(ends, cut_by, count, ray, enters, leaves, first + block[g])
-                        if removed < 0.0:
-                            return g
-                        if removed > 0.0:
-                            changed = True
-                            figures[block[g], 0] += removed * area
-                            if last and made & 1 and t_in > AT_END and beside(d, x, enters, pose):
-                                figures[block[g], 1] += slope_in * area
-                            if last and made & 2 and t_out > AT_END and beside(d, x, leaves, pose):
-                                figures[block[g], 1] += slope_out * area
-                if changed:
-                    fit_tile(tiles, a, b, ends, count, nu, nv)
-    return len(block)
+    return sweep.body.copy(), np.zeros(3), np.zeros(1)
+
+
+@inner
+def body_segment(sweep: BodySweep, g: int, room: tuple[Array, Array, Array]) -> Segment:
+    """Return a segment: pose, zones, room."""
+    return sweep.poses[g], sweep.zones, *room
+
+
+@innermost
+def bound_body(segment: Segment, low: Array, high: Array) -> None:
+    """Bound a segment."""
+    pose, _, body, _, _ = segment
+    radius = body[RADIUS] + max(body[WIDER], 0.0)
+    for k in range(3):
+        a, b = pose[0, k] + body[LOW] * pose[1, k], pose[0, k] + body[HIGH] * pose[1, k]
+        c, e = pose[2, k] + body[LOW] * pose[3, k], pose[2, k] + body[HIGH] * pose[3, k]
+        low[k], high[k] = min(a, b, c, e) - radius, max(a, b, c, e) + radius
+
+
+@inner
+def frame_body(_d: int, segment: Segment) -> None:
+    """Set by how much the depth may rise above tangents."""
+    pose, _, body, _, _ = segment
+    reach = body[RADIUS] + max(body[WIDER], 0.0) + body[HIGH] - body[LOW]
+    body[ALONG] = np.sqrt(np.sum((pose[3] - pose[1]) ** 2)) * reach / 4.0
+
+
+@innermost
+def body_near(d: int, segment: Segment, x: float, y: float, wider: float, low: float, high: float) -> bool:
+    """Whether a ray comes within a wider body between two places; its time is the first guess."""
+    pose, zones, body, at, time = segment
+    at[(d + 1) % 3], at[(d + 2) % 3] = x, y
+    place, _, time[0] = first_point(d, at, low, high, 0.5, body[WIDER] + wider, pose, zones, body)
+    return place < high
+
+
+@innermost
+def body_meets(
+    d: int, segment: Segment, x: float, y: float, low: float, high: float, keep: bool
+) -> tuple[float, float, float, float]:
+    """Where a ray is in the sweep, beside material, and slopes of contact at the segment's end."""
+    pose, zones, body, at, time = segment
+    at[(d + 1) % 3], at[(d + 2) % 3] = x, y
+    enters, slope_in, t_in = first_point(d, at, low, high, time[0], body[WIDER], pose, zones, body)
+    time[0] = t_in
+    if not enters < high:
+        return np.inf, -np.inf, 0.0, 0.0
+    leaves, slope_out, t_out = first_point(d, at, high, low, t_in, body[WIDER], pose, zones, body)
+    time[0] = t_out
+    if not leaves > enters:
+        return np.inf, -np.inf, 0.0, 0.0
+    if not keep:
+        enters, leaves = enters - 2.0 * TINY * (enters == low), leaves + 2.0 * TINY * (leaves == high)
+    at_in = slope_in if t_in > AT_END and beside(d, at, enters, pose) else 0.0
+    at_out = slope_out if t_out > AT_END and beside(d, at, leaves, pose) else 0.0
+    return enters, leaves, at_in, at_out
+
+
+sweep_bodies = sweep_loop(start_body, body_segment, bound_body, frame_body, body_near, body_meets)
 
 
 @compiled
