@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from functools import cache
-from typing import ParamSpec, TypeVar, cast
+from typing import ParamSpec, TypeVar
 
 import numba
 from numba.extending import register_jitable
@@ -28,7 +28,8 @@ def compiled(function: Callable[P, T]) -> Callable[P, T]:
     arrays are counted whoever calls it first, also a part that counts none (`innermost`).
     """
     options = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, "_nrt": True}
-    return _kept(lambda keep: cast("Callable[P, T]", numba.njit(cache=keep, **options)(function)))
+    made: Callable[P, T] = _kept(lambda keep: numba.njit(cache=keep, **options)(function))
+    return made
 
 
 def inner(function: Callable[P, T]) -> Callable[P, T]:
@@ -37,7 +38,8 @@ def inner(function: Callable[P, T]) -> Callable[P, T]:
     It needs no wrapper that takes records of arrays apart, for Python or C, which is up to half of what there
     is to compile, and no file of its own among the machine code.
     """
-    return cast("Callable[P, T]", register_jitable(error_model="numpy", no_cfunc_wrapper=True)(function))
+    made: Callable[P, T] = register_jitable(error_model="numpy", no_cfunc_wrapper=True)(function)
+    return made
 
 
 def innermost(function: Callable[P, T]) -> Callable[P, T]:
@@ -46,9 +48,9 @@ def innermost(function: Callable[P, T]) -> Callable[P, T]:
     Counting those of each array that is taken out of a record takes longer than the arithmetic of a short
     function, where it isn't inlined.
     """
-    return cast(
-        "Callable[P, T]", register_jitable(error_model="numpy", no_cfunc_wrapper=True, _nrt=False)(function)
-    )
+    options = {"error_model": "numpy", "no_cfunc_wrapper": True, "_nrt": False}
+    made: Callable[P, T] = register_jitable(**options)(function)
+    return made
 
 
 def _kept(make: Callable[[bool], T]) -> T:

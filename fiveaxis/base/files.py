@@ -20,12 +20,12 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from contextlib import contextmanager, suppress
 from functools import lru_cache, partial, wraps
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, ParamSpec, TypeVar
 
 from fiveaxis.base.errors import InputError, NoSpace, SettingError
 
 T = TypeVar("T")
-F = TypeVar("F", bound=Callable[..., Any])
+P = ParamSpec("P")
 
 # Bytes: larger files aren't read. A block takes some 40 bytes and a triangle 50 to 250, as text, so these are
 # paths of ten million locations and meshes of four million triangles or more: more than is in use, and less
@@ -150,7 +150,7 @@ def hash_input(path: str | Path, error: type[InputError]) -> str:
         raise _unreadable(path, fault, error) from None
 
 
-def kept_by_file(most: int) -> Callable[[F], F]:
+def kept_by_file(most: int) -> Callable[[Callable[P, T]], Callable[P, T]]:
     """Decorate the reader of a file, its first argument, so that a file which stays as it is is read once.
 
     One run asks for the same file in several stages: to check, to plan, to verify and to show. What is
@@ -161,20 +161,22 @@ def kept_by_file(most: int) -> Callable[[F], F]:
     most : files that are kept, the last ones
     """
 
-    def decorate(read: F) -> F:
+    def decorate(read: Callable[P, T]) -> Callable[P, T]:
         @lru_cache(most)
-        def kept(_state: State, path: str | Path, **how: Any) -> Any:
-            return read(path, **how)
+        def kept(_state: State, *args: P.args, **how: P.kwargs) -> T:
+            return read(*args, **how)
 
         @wraps(read)
-        def reading(path: str | Path, **how: Any) -> Any:
+        def reading(*args: P.args, **how: P.kwargs) -> T:
+            path: Any = args[0]
+            named: dict[str, Any] = dict(how)
             try:
                 state = _state(path, Path(path).stat())
             except (OSError, ValueError):  # the reader says what is wrong
-                return read(path, **how)
-            return kept(state, path, **how) if _is_settled(state) else read(path, **how)
+                return read(*args, **how)
+            return kept(state, *args, **named) if _is_settled(state) else read(*args, **how)
 
-        return cast("F", reading)
+        return reading
 
     return decorate
 

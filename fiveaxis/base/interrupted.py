@@ -16,7 +16,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,7 +56,8 @@ class Kept(Checkpoint):
         except (OSError, ValueError, EOFError) as fault:
             logger.warning("%s can't be read, so its step is done again: %s", file, fault)
         else:
-            return cast("Found", known if known.size else None)
+            earlier: Any = known if known.size else None
+            return earlier
         began = time.monotonic()
         found = find()
         if time.monotonic() - began >= LONG:

@@ -244,7 +244,8 @@ class Spread(Protocol[P, R_co]):
 def keywords_of(record: Callable[P, R]) -> Spread[P, R]:
     """Let callers give the fields of the record that a function takes last as keywords.
 
-    Editors and type checkers read them from the record's constructor; signature and docstring name each.
+    Editors and type checkers read them from the record's constructor. Signature and docstring are set for
+    `help()` and notebooks, which see neither; written out by hand, every list of options would stand twice.
     """
     group: Any = record
     section = section_of(group, "Other Parameters")

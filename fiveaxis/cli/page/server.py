@@ -22,7 +22,7 @@ import time
 import webbrowser
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from tornado.httpserver import HTTPServer
 from tornado.web import Application, HTTPError, RequestHandler, StaticFileHandler, stream_request_body
@@ -138,7 +138,8 @@ class Session:
 
     async def _take_waiting(self) -> asyncio.subprocess.Process:
         await self.wait_ahead()
-        process, self._waiting = cast("asyncio.subprocess.Process", self._waiting), None
+        process, self._waiting = self._waiting, None
+        assert process is not None
         await self.wait_ahead()
         return process
 
@@ -171,7 +172,8 @@ class Guarded(RequestHandler):
     @property
     def session(self) -> Session:
         """The files and the work."""
-        return cast("Session", self.settings["session"])
+        session: Session = self.settings["session"]
+        return session
 
     def prepare(self) -> None:
         """Refuse what this page didn't ask."""
@@ -236,7 +238,8 @@ class Upload(Guarded):
             raise HTTPError(400, reason="a file's name is letters, digits, dots, dashes and underscores here")
         if not 0 <= length <= LARGEST:
             raise HTTPError(413, reason=f"a file may have {LARGEST // 1_000_000} MB")
-        cast("Any", self.request.connection).set_max_body_size(LARGEST)
+        connection: Any = self.request.connection
+        connection.set_max_body_size(LARGEST)
         self._path = self.session.given / name
         self._file = self._path.with_name(f"{name}.part").open("wb")
 

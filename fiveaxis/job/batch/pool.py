@@ -22,7 +22,7 @@ from collections.abc import Generator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, BinaryIO, cast
+from typing import Any, BinaryIO
 
 import psutil
 
@@ -198,8 +198,11 @@ class _Worker:
             env=os.environ | THREADS | {"PYTHONPATH": paths},
             creationflags=OWN_GROUP,
         )
-        pipes = self._process.stdin, self._process.stdout, self._process.stderr
-        self._tasks, self._messages, self._errors = cast("tuple[BinaryIO, BinaryIO, BinaryIO]", pipes)
+        pipes: Any = self._process.stdin, self._process.stdout, self._process.stderr
+        self._tasks: BinaryIO
+        self._messages: BinaryIO
+        self._errors: BinaryIO
+        self._tasks, self._messages, self._errors = pipes
         readers = self._read_messages, self._read_errors
         self._readers = [threading.Thread(target=reader, daemon=True) for reader in readers]
         for reader in self._readers:

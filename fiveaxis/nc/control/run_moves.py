@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import cast
 
 import numpy as np
 
 from fiveaxis.base import Array, BoolArray
+from fiveaxis.model import as_triple
 from fiveaxis.nc.control.axis_track import NO_MOVE, Columns, nowhere
 from fiveaxis.nc.control.interpreter_state import CUT, RAPID
 from fiveaxis.nc.control.moves import STRAIGHT, Moves
-from fiveaxis.nc.languages.block import Triple
 from fiveaxis.nc.languages.runs import DIRECTION, NORMAL, Run
 from fiveaxis.nc.rows import LARGEST_POSITION, MILLIMETRES
 
@@ -79,7 +78,7 @@ class RunMoves(Moves):
         last = zip(state.values[-1].tolist(), track.now, strict=True)
         track.now = [None if old is None else new for new, old in last]
         if track.vector is not None:
-            track.vector = cast("Triple", tuple(state.vectors[-1].tolist()))
+            track.vector = as_triple(state.vectors[-1])
         self.ignored[NO_MOVE] += int((state.given & ~state.moves).sum())
         self.line, track.step = int(run.lines[-1]), int(run.steps[-1])
         modes.motion = STRAIGHT[int(state.motions[-1])]
@@ -167,18 +166,18 @@ class RunMoves(Moves):
             column, offset = self.columns[letter], self.coordinates.offsets[self.columns[letter]]
             lengths = words if column in track.rotary else words * scale
             if self.modes.incremental:
-                positions = _summed(lengths, cast("float", track.now[column]))
+                positions = _summed(lengths, float(values[0, column]))
             elif column in self.wrapped:
-                positions = self._unwrapped_words(column, words, offset)
+                positions = self._unwrapped_words(column, words, offset, float(values[0, column]))
             else:
                 positions = lengths + offset
             values[:, column] = _held(positions, track.now[column])
             given |= np.isfinite(words)
         return values, given
 
-    def _unwrapped_words(self, column: int, words: Array, offset: float) -> Array:
+    def _unwrapped_words(self, column: int, words: Array, offset: float, now: float) -> Array:
         """Return the angles, (n,) deg, to which words from 0 to 360 turn an axis, one after the other."""
-        now, angles = cast("float", self.track.now[column]), words.copy()
+        angles = words.copy()
         for row in np.flatnonzero(np.isfinite(words)).tolist():
             angles[row] = now = self.wrapping.unwrap(float(words[row]), now - offset) + offset
         return angles

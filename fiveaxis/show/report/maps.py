@@ -11,7 +11,7 @@ import zlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -274,8 +274,8 @@ class HeatMap:
             return []
         from contourpy import contour_generator
 
-        contours = contour_generator(x=self.x, y=self.y, z=values.T)
-        lines = [line for level in levels for line in cast("list[Array]", contours.lines(level))]
+        contours: Any = contour_generator(x=self.x, y=self.y, z=values.T)
+        lines: list[Array] = [line for level in levels for line in contours.lines(level)]
         if not lines:
             return []
         # Missing points break the line.
