@@ -39,7 +39,6 @@ common = st.fixed_dictionaries(
         "order": st.sampled_from(["levels", "islands"]),
         "lead_in": st.floats(0.1, 5.0),
         "lead_out": st.floats(0.1, 5.0),
-        "min_length": st.floats(0.0, 10.0),
         "clearance": st.floats(0.5, 10.0),
     },
 )

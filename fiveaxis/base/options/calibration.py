@@ -56,12 +56,6 @@ class FitDrive(Group):
     max_acceleration: float | None = option(
         None, "rows that accelerate more aren't fitted", unit="mm/s² or deg/s²", above=0.0
     )
-    standstill: float | None = option(
-        None,
-        "speed up to which the axis stands; by default 0.5 % of the highest",
-        unit="mm/s or deg/s",
-        least=0.0,
-    )
     efficiency: float = option(
         1.0, "of a friction drive; a log doesn't show it", unit="W/W", above=0.0, most=1.0
     )

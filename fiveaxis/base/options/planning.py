@@ -84,7 +84,6 @@ class Planning(Group):
     order: Order = option("levels", "level by level, or island by island, with short links")
     lead_in: float = option(0.0, "radius of the arc at the start of a pass", unit="mm", least=0.0)
     lead_out: float = option(0.0, "radius of the arc at the end of a pass", unit="mm", least=0.0)
-    min_length: float = option(0.0, "shortest pass that is cut", unit="mm", least=0.0)
     allow_open: bool = option(False, "plan on a mesh that isn't watertight", flags="--allow-open")
 
 

@@ -162,7 +162,6 @@ def split_passes(
     walls: Walls,
     *,
     spacing: float,
-    min_length: float = 0.0,
     crease: float = SHARP_EDGE,
 ) -> tuple[list[Pass], LeftOut]:
     """Keep the contacts on walls that the ball can touch, and split where it can't continue.
@@ -177,7 +176,6 @@ def split_passes(
     space : where the ball fits
     walls : which contacts to keep
     spacing : mm, of contacts
-    min_length : mm, of the shortest pass that is kept
     crease : rad
 
     Returns
@@ -201,8 +199,6 @@ def split_passes(
         length = _length(contacts.points[run], closed=closed)
         if (~contacts.rolling[run]).sum() < FEWEST_CONTACTS or length < spacing:
             left_out += LeftOut.of_pass(SHORT, contacts.take(run, closed=False))
-        elif length < min_length:
-            left_out += LeftOut(Counter({"passes shorter than the minimum length": 1}))
         else:
             passes.append(Pass(contacts.take(run, closed=closed), centres[run]))
     return passes, left_out

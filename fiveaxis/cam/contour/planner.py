@@ -209,7 +209,6 @@ def _cut_levels(
                 space,
                 options.walls,
                 spacing=options.spacing,
-                min_length=options.min_length,
                 crease=surface.crease,
             )
             passes += found

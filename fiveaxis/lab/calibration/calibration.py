@@ -89,7 +89,7 @@ def calibrate_drive(
     runs = [read_axis_log(one, columns) for one in logs]
     others = [read_axis_log(one, columns) for one in held_out]
     require_motion(join_logs(runs), columns)
-    still = _standstill(join_logs(runs), facts)
+    still = _standstill(join_logs(runs))
     runs, others = ([_with_rests(run, still) for run in group] for group in (runs, others))
     _require_watts(join_logs(runs), columns)
     fit = fit_logs(runs, facts)
@@ -120,19 +120,12 @@ def _require_choice(
         )
 
 
-def _standstill(rows: AxisLog, facts: AxisFacts) -> float:
+def _standstill(rows: AxisLog) -> float:
     """Return the speed up to which an axis stands, mm/s or rad/s."""
     highest = float(np.abs(rows.speed).max(initial=0.0))
     if highest == 0.0 and len(rows):
         raise InputError("the axis stands still in every row; log moves of this axis", file=rows.file)
-    still = STILL_SHARE * highest if facts.standstill is None else facts.standstill * facts.unit
-    if highest <= still and len(rows):
-        shown = "deg/s" if facts.rotary else "mm/s"
-        raise InputError(
-            f"every row is at standstill, the fastest at {highest / facts.unit:g} {shown}; lower that speed",
-            file=rows.file,
-        )
-    return still
+    return STILL_SHARE * highest
 
 
 def _with_rests(rows: AxisLog, still: float) -> AxisLog:

@@ -26,7 +26,6 @@ RASTER: dict[str, Any] = {
     "order": "islands",
     "lead_in": 1.0,
     "lead_out": 0.5,
-    "min_length": 2.0,
 }
 SPIRAL: dict[str, Any] = {"scallop": 0.2, "stepdown": 2.5, "spiral": True, "overhang": True}
 

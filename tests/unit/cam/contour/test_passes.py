@@ -152,12 +152,6 @@ def test_a_part_that_the_ball_reaches_nowhere_is_infeasible_and_says_where():
     assert (found.severity, found.code) == (Severity.ERROR, "contacts-left-out")
 
 
-def test_passes_that_are_too_short_as_was_asked_for_are_no_finding():
-    path = plan_contour(tube(3.0, 15.0), Tool.ball(4), stepdown=2.0, min_length=30.0)
-    assert path.ignored == {"passes shorter than the minimum length": 4}
-    assert path.findings == ()
-
-
 def test_the_room_in_a_corner_is_that_of_the_ball_in_it():
     # Two planes at right angles: a ball that touches one of them s from the edge has the radius s.
     corner = trimesh.Trimesh(

@@ -183,21 +183,6 @@ def test_leads_without_room_come_along_the_normal_and_are_counted():
     assert between >= -0.02
 
 
-def test_passes_below_the_least_length_are_left_out_and_counted():
-    posts = [trimesh.creation.cylinder(radius=r, height=6.0, sections=96) for r in (3.0, 10.0)]
-    posts[1].apply_translation([40.0, 0.0, 0.0])
-    part = trimesh.util.concatenate(posts)
-    path = plan_contour(part, Tool.ball(4), stepdown=2.0, min_length=30.0)
-    assert path.ignored == {"passes shorter than the minimum length": 3}
-    assert path.contact[path.cutting, 0].min() > 20.0
-
-
-def test_the_length_of_a_closed_pass_is_its_whole_circumference():
-    post = trimesh.creation.cylinder(radius=10.0, height=6.0, sections=256)
-    round_ = 2.0 * np.pi * 10.0
-    assert plan_contour(post, Tool.ball(4), stepdown=2.0, min_length=0.999 * round_).ignored == {}
-
-
 def test_a_lollipop_plans_as_a_ball():
     box = trimesh.creation.box(extents=[12.0, 12.0, 12.0])
     paths = [plan_contour(box, tool, stepdown=4.0) for tool in (Tool.lollipop(6, 4), Tool.ball(6))]
@@ -211,7 +196,7 @@ def test_steps_out_of_range_are_named_with_their_unit(name, value):
         plan_contour(trimesh.creation.box(), Tool.ball(4), strategy="raster", **{name: value})
 
 
-@pytest.mark.parametrize("name", ["lead_in", "lead_out", "min_length"])
+@pytest.mark.parametrize("name", ["lead_in", "lead_out"])
 @pytest.mark.parametrize("value", [-1.0, np.nan, np.inf])
 def test_lengths_below_zero_are_named_with_their_unit(name, value):
     with pytest.raises(SettingError, match=rf"{name} = {value:g} mm is out of range; give 0 mm or more"):

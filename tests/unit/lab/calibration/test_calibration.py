@@ -415,11 +415,6 @@ BAD_LOGS: dict[str, tuple[Callable[[], str], dict, str]] = {
         {},
         r"the axis stands still in every row",
     ),
-    "bound too high": (
-        lambda: lines(),
-        {"standstill": 500.0},
-        r"every row is at standstill, the fastest at 79",
-    ),
     "one speed": (lambda: HEADER + "\n" + "0,9,5\n0,9,6\n" * 40, {}, r"the velocity is the same in all 80"),
     "one power": (lambda: HEADER + "\n" + "0,9,5\n0,-8,5\n" * 40, {}, r"the power is the same in all 80"),
     "one direction": (lambda: lines().replace("-", ""), {}, r"can't separate minus slope and minus offset"),
