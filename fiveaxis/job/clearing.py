@@ -33,8 +33,6 @@ from fiveaxis.model import Clock, Constraints, Interpolation, Machine, PathShape
 from fiveaxis.nc import require_program
 from fiveaxis.posture import Mask, MaskFunction, Optimum, Options, Spots, optimise_postures, with_bound
 
-# Solves a path with a mask or None.
-Solve = Callable[[Toolpath, Mask | None], Optimum]
 # Solves a path on a machine within constraints, as `fiveaxis.posture.optimise_postures` does.
 Find = Callable[[Toolpath, Machine, Constraints, Options], Optimum]
 logger = logging.getLogger(__name__)
@@ -168,47 +166,26 @@ def solve_clear(task: Task, find: Find = optimise_postures) -> Cleared:
         As `fiveaxis.posture.optimise_postures`.
     """
     options = task.options
-
-    def solve(path: Toolpath, own: Mask | None) -> Optimum:
-        return find(path, task.machine, task.constraints, replace(options, mask=own, bound=False))
-
-    own, progress = Mask.of(options.mask), options.progress
-    if task.obstacles is None:
-        cleared = Cleared(solve(task.toolpath, own), None, 0)
-    else:
-        around, constraints = task.obstacles, task.constraints
-        cleared = keep_clear(solve, task.toolpath, task.machine, around, constraints, own, progress)
+    cleared = _kept_clear(task, find)
     if not options.is_bounded:
         return cleared
-    bounded = with_bound(cleared.solution, task.constraints, options.objective, progress)
+    bounded = with_bound(cleared.solution, task.constraints, options.objective, options.progress)
     return replace(cleared, solution=bounded)
 
 
-def keep_clear(
-    solve: Solve,
-    toolpath: Toolpath,
-    machine: Machine,
-    around: Surroundings,
-    constraints: Constraints,
-    own: Mask | None = None,
-    progress: Progress = unheard,
-) -> Cleared:
+def _kept_clear(task: Task, find: Find) -> Cleared:
     """Solve with the mask that keeps the tool clear, and again where moves of the result collide.
 
-    Parameters
-    ----------
-    solve : optimises a path with a mask, or with None
-    toolpath, machine : what is solved
-    around : what to keep clear of
-    constraints : that `solve` keeps
-    own : the user's mask, which holds in addition to the clearances
-    progress : called with what is being done, steps done and steps in all
-
-    Raises
-    ------
-    FiveAxisError
-        As `solve`.
+    The user's mask holds in addition to the clearances.
     """
+    toolpath, machine, constraints, around = task.toolpath, task.machine, task.constraints, task.obstacles
+    own, progress = Mask.of(task.options.mask), task.options.progress
+
+    def solve(mask: Mask | None) -> Optimum:
+        return find(toolpath, machine, constraints, replace(task.options, mask=mask, bound=False))
+
+    if around is None:
+        return Cleared(solve(own), None, 0)
     progress(STAGES["clear"], 0, 1)
     admits = find_accessible(constraints.zoned(toolpath), machine, around)
     mask = own if admits is None else Mask(admits, admits.rough, OF_BODIES)
@@ -218,7 +195,7 @@ def keep_clear(
         # The mask for collisions is asked first: it is quick.
         mask = Mask(admits, admits.rough).within(own)
     try:
-        solution = solve(toolpath, mask)
+        solution = solve(mask)
     except Infeasible as fault:
         if admits is None:
             raise
@@ -241,7 +218,7 @@ def keep_clear(
         spots.add(ends, np.concatenate([rotary, rotary]))
         rounds += 1
         try:
-            solution = solve(toolpath, mask)
+            solution = solve(mask)
         except Infeasible:
             # No path avoids what was refused; verification of the best one reports its collisions.
             break

@@ -16,7 +16,7 @@ from fiveaxis.job.loading import operation_text, stated_control
 from fiveaxis.job.program import MadeProgram
 from fiveaxis.job.release import Gate
 from fiveaxis.job.solution import Solution
-from fiveaxis.lab import Pricing, ProgramEnergy, price_program, word_rounding
+from fiveaxis.lab import Pricing, ProgramEnergy, price_program
 from fiveaxis.model import (
     Energy,
     Fill,
@@ -28,7 +28,6 @@ from fiveaxis.model import (
     Toolpath,
     follow,
     own_slack,
-    predicted_time,
     require_stated,
     tool_poses,
 )
@@ -176,27 +175,18 @@ class RevisedOperation:
         FiveAxisError
             As `Reviser` and `OperationText.require_same_around`.
         """
-        machine = solution.machine
         fill, revision = self.write(solution)
         self.text.require_same_around(revision)
         text = self._program(revision)
-        source = revision.revised
-        read, gate = self.verify(source, solution)
+        read, gate = self.verify(revision.revised, solution)
         planned = ProgramMotion(
             fill.blocks, np.full(len(fill.blocks), Phase.PATH, dtype=np.int64), self.wording.interpolation, 0
         )
         priced = self.price(revision)
-        made = MadeProgram(
-            machine,
-            text,
-            planned,
-            gate,
-            run_time=replace(
-                predicted_time(read.motion, machine, self.wording.dialect, self.wording.coordinates),
-                times=priced.motion.time,
-            ),
+        made = MadeProgram.of(
+            *(text, planned, read.motion, self.wording),
+            gate=gate,
             blocks=priced.motion,
-            rounding=word_rounding(priced.motion, source.lines),
             energy=_from_path(priced, int(revision.row_lines[0])),
             ends=np.arange(len(read.motion)),
             fill=fill,
@@ -204,7 +194,7 @@ class RevisedOperation:
                 np.arange(len(fill.given)), fill.row[fill.kept], _spent(priced, revision.row_lines)
             ),
         )
-        return made, revision
+        return replace(made, run_time=replace(made.run_time, times=priced.motion.time)), revision
 
     def faults(self, solution: Solution) -> tuple[str, ...]:
         """Return the codes of errors that the operation has as it was, within the bounds of a solution.

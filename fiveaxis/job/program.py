@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -92,6 +93,23 @@ class MadeProgram:
     fill: Fill | None = None
     spent: Array | None = None
     held_back: tuple[str, ...] = ()
+
+    @classmethod
+    def of(
+        cls, text: Program, planned: ProgramMotion, read: Motion, wording: WordWriter, **known: Any
+    ) -> MadeProgram:
+        """Make the record of a text that was read: how long it takes follows, and what rounding may move.
+
+        Parameters
+        ----------
+        planned : its moves
+        read : all of it, as its words say
+        known : further fields by name
+        """
+        lines = [line for line, row in zip(text.lines, text.rows, strict=True) if row >= 0]
+        taken = predicted_time(read, wording.machine, wording.dialect, wording.coordinates)
+        rounding = word_rounding(read, lines)
+        return cls(wording.machine, text, planned, run_time=taken, rounding=rounding, **known)
 
     def __repr__(self) -> str:
         return f"<MadeProgram: {self.text!r} on {self.machine.name}, {self.report!r}>"
@@ -291,15 +309,10 @@ def compose_verified(
 
     draft = compose(NOT_VERIFIED)
     back = ReadBack.of(draft, motion, wording, options.settings)
-    texts = [line for line, row in zip(draft.lines, draft.rows, strict=True) if row >= 0]
-    made = MadeProgram(
-        machine,
-        draft,
-        motion,
-        Gate.unverified(),
-        run_time=predicted_time(back.motion, machine, wording.dialect, wording.coordinates),
+    made = MadeProgram.of(
+        *(draft, motion, back.motion, wording),
+        gate=Gate.unverified(),
         blocks=back.blocks,
-        rounding=word_rounding(back.motion, texts),
         energy=_text_energy(back, draft),
     )
     note = (

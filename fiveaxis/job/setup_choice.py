@@ -92,10 +92,10 @@ def run_task(task: JobTask, progress: Progress = unheard, checkpoint: Checkpoint
 
     logger.info("%d setups tried; the given one and the cheapest are run in full", len(trials.tried))
     choice = _Choice(given, run)
-    for tried in trials.ranked[:MOST_RUNS]:
-        if tried.setup == given or choice.sound == FULL_RUNS:
+    for setup in trials.ranked[:MOST_RUNS]:
+        if setup == given or choice.sound == FULL_RUNS:
             break  # the rest is more costly
-        if choice.takes(tried.setup):
+        if choice.takes(setup):
             break
     best = choice.best
     if isinstance(best, Infeasible):
@@ -207,24 +207,22 @@ def _figures(trials: SetupTrials, choice: _Choice, best: Outcome) -> SetupSearch
 
     def with_run(setup: SetupTable) -> TriedSetup:
         tried, run = trials.tried[setup], choice.runs.get(setup)
-        energy, why = None, tried.why
         if isinstance(run, Outcome):
-            energy, why = run.solution.energy.total, why if run.ok else "verification found errors"
-        elif run is not None:
-            why = str(run)
-        return TriedSetup(setup.offset, setup.rotation, tried.rough, tried.clear, energy, why)
+            why = tried.why if run.ok else "verification found errors"
+            return replace(tried, energy=run.solution.energy.total, why=why)
+        return tried if run is None else replace(tried, why=str(run))
 
     before, after = with_run(choice.given), with_run(best.job.setup)
     saved = None
     if before.energy and after.energy is not None:
         saved = 1.0 - after.energy / before.energy
-    order = sorted(trials.tried.values(), key=lambda t: (t.rough is None, t.rough))
+    order = sorted(trials.tried, key=trials.try_freely)
     return SetupSearched(
         ranges=trials.search.ranges,
         given=before,
         chosen=after,
         saved=saved,
-        tried=tuple(with_run(tried.setup) for tried in order),
+        tried=tuple(map(with_run, order)),
         least_saving=choice.least_saving,
         keeps_clear=trials.clear is not None,
     )

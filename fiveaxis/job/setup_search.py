@@ -17,6 +17,7 @@ from fiveaxis.job.description import SetupSearch, SetupTable
 from fiveaxis.job.task import JobTask
 from fiveaxis.model import Machine
 from fiveaxis.posture import Options, optimise_postures
+from fiveaxis.show import TriedSetup
 
 logger = logging.getLogger(__name__)
 
@@ -117,24 +118,6 @@ class SetupCosts:
         return energy.travel + self.price * energy.time
 
 
-@dataclass(frozen=True)
-class Tried:
-    """A setup that was tried.
-
-    Parameters
-    ----------
-    setup : where the workpiece stood
-    rough : J, cost of the thinned path with the price of its time; None where no path exists
-    clear : J, the same with the tool kept clear; None where that wasn't tried, or isn't possible
-    why : why the setup can't be used
-    """
-
-    setup: SetupTable
-    rough: float | None
-    why: str = ""
-    clear: float | None = None
-
-
 @dataclass
 class SetupTrials:
     """Setups that were tried, with their rough costs.
@@ -145,21 +128,24 @@ class SetupTrials:
     search : the ranges
     cost : rough cost of a setup, J; raises `Infeasible`
     clear : the same with the tool kept clear; None where there is nothing to keep clear of
+    tried : what was found; not yet the energy in full
     """
 
     given: SetupTable
     search: SetupSearch
     cost: Callable[[SetupTable], float]
     clear: Callable[[SetupTable], float] | None = None
-    tried: dict[SetupTable, Tried] = field(default_factory=dict)
+    tried: dict[SetupTable, TriedSetup] = field(default_factory=dict)
 
     def try_freely(self, setup: SetupTable) -> float:
         """Price a setup without obstacles; infinite where it can't be used."""
         if setup not in self.tried:
+            found = TriedSetup(setup.offset, setup.rotation)
             try:
-                self.tried[setup] = Tried(setup, self.cost(setup))
+                found = replace(found, rough=self.cost(setup))
             except Infeasible as fault:
-                self.tried[setup] = Tried(setup, None, why=str(fault))
+                found = replace(found, why=str(fault))
+            self.tried[setup] = found
             logger.debug("setup %s: %s", setup, self.tried[setup].rough)
         rough = self.tried[setup].rough
         return np.inf if rough is None else rough
@@ -168,14 +154,14 @@ class SetupTrials:
         """Price a setup with the tool kept clear; infinite where it can't be used."""
         self.try_freely(setup)
         tried = self.tried[setup]
-        if tried.rough is not None and tried.clear is None and not tried.why and self.clear is not None:
+        if tried.rough is not None and tried.kept_clear is None and not tried.why and self.clear is not None:
             try:
-                tried = replace(tried, clear=self.clear(setup))
+                tried = replace(tried, kept_clear=self.clear(setup))
             except Infeasible as fault:
                 tried = replace(tried, why=f"the tool can't be kept clear: {fault}")
             self.tried[setup] = tried
-            logger.debug("setup %s, kept clear: %s", setup, tried.clear)
-        return np.inf if tried.clear is None else tried.clear
+            logger.debug("setup %s, kept clear: %s", setup, tried.kept_clear)
+        return np.inf if tried.kept_clear is None else tried.kept_clear
 
     def find_clear(self, calls: int) -> None:
         """Try the cheap setups again with the tool kept clear, and search on around the best one.
@@ -189,12 +175,12 @@ class SetupTrials:
             return self.try_clear(self.setup_at(point))
 
         least, best = np.inf, None
-        for tried in self._by_cost("rough"):
-            if tried.rough is not None and tried.rough >= least:
+        for setup in self._by_cost("rough"):
+            if self.try_freely(setup) >= least:
                 break
-            found = self.try_clear(tried.setup)
+            found = self.try_clear(setup)
             if found < least:
-                least, best = found, tried.setup
+                least, best = found, setup
         if best is not None:
             return follow_compass(cost, self.point_of(best), least, calls)
         sides = len(self.search.ranges)
@@ -223,10 +209,10 @@ class SetupTrials:
         return self.given.model_copy(update={"offset": (x, y, z), "rotation": turned, "search": None})
 
     @property
-    def ranked(self) -> list[Tried]:
+    def ranked(self) -> list[SetupTable]:
         """The setups that can be used, cheapest first; of equals the one that was tried first."""
-        return self._by_cost("rough" if self.clear is None else "clear")
+        return self._by_cost("rough" if self.clear is None else "kept_clear")
 
-    def _by_cost(self, name: str) -> list[Tried]:
-        known = (tried for tried in self.tried.values() if getattr(tried, name) is not None)
-        return sorted(known, key=lambda tried: float(getattr(tried, name)))
+    def _by_cost(self, name: str) -> list[SetupTable]:
+        costs = {setup: getattr(tried, name) for setup, tried in self.tried.items()}
+        return sorted((setup for setup in costs if costs[setup] is not None), key=lambda setup: costs[setup])

@@ -67,7 +67,6 @@ class Outcome:
     cleared : what kept the solution clear of collisions
     front_programs : what the report says of a front, where the job asks for one
     setup_search : what the report says of the search for the setup
-    revision : the lines of the input program that were written anew; None for a program of its own
     chosen : of all that was found for an operation that is revised; None for a program of its own
     scallop : mm, the highest ridge that was asked for and as the cutter leans; None where none was asked for,
         or the lean has no influence on it
@@ -81,7 +80,6 @@ class Outcome:
     cleared: Cleared | None = None
     front_programs: FrontPrograms | None = None
     setup_search: SetupSearched | None = None
-    revision: Revision | None = None
     chosen: Chosen | None = None
     scallop: tuple[float, float] | None = None
 
@@ -117,6 +115,11 @@ class Outcome:
     def document(self) -> dict[str, Any]:
         """The report as plain data, as in ``report.json``."""
         return self.report.as_dict()
+
+    @property
+    def revision(self) -> Revision | None:
+        """The lines of the input program that were written anew; None for a program of its own."""
+        return None if self.chosen is None else self.chosen.revision
 
     @property
     def original(self) -> Energy | None:
@@ -212,21 +215,20 @@ def _finished(
     """
     job, machine, operation = task.job, task.machine, task.operation
     solution, scallop = _with_ridges(job, task.finished(postures))
-    revision = None
     if operation is None:
         header = program_header(solution, inputs, moved=task.moved)
         program = solution.make(replace(job.program_options.named(job.input.stem), header=header))
     elif chosen is not None:
-        program, revision = chosen.program, chosen.revision
+        program = chosen.program
     else:
         program, revision = operation.make(solution)
+        if program.energy is not None:
+            was = Comparison(operation.as_it_was.energy, program.energy, task.options.objective)
+            chosen = Chosen(cleared, program, revision, was, ())
     # What is priced is the text: its words are rounded, and redundant blocks may have stayed in it.
     blocks, rounding = program.blocks, program.rounding
     if operation is not None and program.energy is not None:
         solution = replace(operation.compared(solution), energy=program.energy)
-        if chosen is None and revision is not None:
-            was = Comparison(operation.as_it_was.energy, program.energy, task.options.objective)
-            chosen = Chosen(cleared, program, revision, was, ())
         if program.spent is not None:
             solution = replace(solution, spent={**solution.spent, RESULT: program.spent})
     else:
@@ -245,7 +247,6 @@ def _finished(
         budget,
         inputs,
         cleared=cleared,
-        revision=revision,
         chosen=chosen,
         scallop=scallop,
     )

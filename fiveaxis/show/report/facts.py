@@ -120,10 +120,10 @@ class TriedSetup:
 
     offset: tuple[float, float, float]
     rotation_deg: tuple[float, float, float]
-    rough: float | None
-    kept_clear: float | None
-    energy: float | None
-    why: str
+    rough: float | None = None
+    kept_clear: float | None = None
+    energy: float | None = None
+    why: str = ""
 
 
 @dataclass(frozen=True)

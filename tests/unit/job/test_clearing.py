@@ -12,8 +12,11 @@ from fiveaxis.base.errors import Infeasible, JobError, MeshError
 from fiveaxis.check import Clearances, Fixture, Surroundings
 from fiveaxis.job import clearing, make_job, read_job, run_job, write_outcome
 from fiveaxis.job.obstruction import colliding_rows
+from fiveaxis.job.task import Task
 from fiveaxis.model import Box, Constraints
 from fiveaxis.model.toolpath.tool import Holder, Section
+from fiveaxis.posture import Options
+from fiveaxis.posture import optimise_postures as find_postures
 
 TILT = (10.0, 70.0)
 BOUNDS = Constraints.of_degrees(tilt=TILT)
@@ -69,6 +72,10 @@ def free(arc, machine):
     return optimise_postures(arc, machine, tilt=TILT, effort="quick")
 
 
+def task(path, machine, around):
+    return Task(machine, path, BOUNDS, around, Options(effort="quick"), keep_clear=True, gouge_tolerance=0.01)
+
+
 def errors(report):
     return {f.code for f in report.findings if f.severity == "error"}
 
@@ -95,11 +102,11 @@ def test_what_collides_between_locations_is_refused_and_searched_again(
     around = Surroundings(fixtures=(block,), clearances=Clearances(0.0, 0.0, 0.0, 0.0))
     asked = []
 
-    def solve(path, mask):
-        asked.append(mask)
-        return free if mask is None else optimise_postures(arc, machine, tilt=TILT, effort="quick", mask=mask)
+    def solve(path, machine, bounds, options):
+        asked.append(options.mask)
+        return free if options.mask is None else find_postures(path, machine, bounds, options)
 
-    cleared = clearing.keep_clear(solve, arc, machine, around, BOUNDS)
+    cleared = clearing.solve_clear(task(arc, machine, around), solve)
     before = colliding_rows(free, around)
     after = colliding_rows(cleared.solution, around)
     assert asked[0] is None
@@ -162,12 +169,12 @@ def test_a_path_that_tightening_makes_impossible_comes_back_with_its_collisions(
     monkeypatch.setattr(clearing, "find_accessible", lambda *_, **__: None)
     around = Surroundings(fixtures=(block,))
 
-    def solve(path, mask):
-        if mask is not None:
+    def solve(path, machine, bounds, options):
+        if options.mask is not None:
             raise Infeasible("no way", ())
         return free
 
-    cleared = clearing.keep_clear(solve, arc, machine, around, BOUNDS)
+    cleared = clearing.solve_clear(task(arc, machine, around), solve)
     assert cleared.solution is free
     assert cleared.rounds == 1
     report = fx.verify(cleared.solution.motion, machine, arc, tilt=TILT, surroundings=around)
@@ -178,13 +185,13 @@ def test_a_ball_with_nothing_above_it_is_solved_once(machine, block):
     path = fx.Toolpath.from_contacts([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], [[0, 0, 1.0]] * 2, fx.Tool.ball(8.0))
     calls = []
 
-    def solve(path, mask):
-        calls.append(mask)
-        return optimise_postures(path, machine, tilt=TILT, effort="quick")
+    def solve(path, machine, bounds, options):
+        calls.append(options.mask)
+        return find_postures(path, machine, bounds, options)
 
     part = trimesh.creation.box(extents=(100.0, 100.0, 10.0))
     part.apply_translation([0.0, 0.0, -5.0])
-    assert clearing.keep_clear(solve, path, machine, Surroundings(part=part), BOUNDS).rounds == 0
+    assert clearing.solve_clear(task(path, machine, Surroundings(part=part)), solve).rounds == 0
     assert calls == [None]
 
 
