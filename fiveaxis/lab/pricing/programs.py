@@ -204,8 +204,8 @@ def program_energy(path: str | Path, machine: Machine, options: Pricing) -> Prog
 
 def price_program(source: Source, machine: Machine, options: Pricing = Pricing()) -> ProgramEnergy:
     """Compute the energy of a program's text as `program_energy` does that of a file."""
-    corners, control, process = options.corners, options.control, options.process
-    machine, stands = set_up_as_stated(machine.with_control(control), source)
+    corners, process = options.corners, options.process
+    machine, stands = set_up_as_stated(machine.with_control(options.control), source)
     read = load_program(source, machine, options.tool, options).motion
     read = require_timed(read, machine, options.rapid)
     require(
@@ -214,26 +214,30 @@ def price_program(source: Source, machine: Machine, options: Pricing = Pricing()
         source,
         lambda _: f"no position of the axes of machine {machine.name!r} reaches this location",
     )
-    lines, law, integral = source.lines, None, None
+    by_tip = bool(read.tcp.any())
+    coordinates: Coordinates = "tip" if by_tip else "axes"
     if corners == "control":
-        dialect = program_dialect(source, machine) if control is None else find_dialect(control)
-        taken = predicted_time(read, machine, dialect, "tip" if read.tcp.any() else "axes")
+        dialect = (
+            program_dialect(source, machine) if options.control is None else find_dialect(options.control)
+        )
+        taken = predicted_time(read, machine, dialect, coordinates)
     elif isinstance(corners, str) and corners not in ("programmed", "exact-stop"):
         what = "control, programmed, exact-stop, or a tolerance in mm"
         raise SettingError(f"corners {corners!r}: write {what}")
     else:
         taken = programmed_time(read, machine)
+    lines, law, integral = source.lines, None, None
     known = ~read.from_unknown
     texts = tuple(lines[line - 1].strip() if line > 0 else "" for line in read.source)
     cutter = options.tool or stated_tool(source)
     # Under TCP F is the tip's.
-    tool = None if read.tcp.any() else cutter
+    tool = None if by_tip else cutter
     rounding = word_rounding(read, texts)
     feed, taken_over = _feeds(machine, read, tool, stated_feed(source), rounding)
     motion = replace(read, feed=feed)
     cut = None if process is None else _cut(process, cutter or read.tool, motion)
     force = 0.0 if cut is None else cut.feed_force or 0.0
-    lost, times, limits = read.from_unknown, taken.times, taken.limits
+    lost, times, limits = ~known, taken.times, taken.limits
     feed_time = float(programmed_time(read, machine).times[known].sum())
     if corners == "exact-stop" or not isinstance(corners, str):
         # The durations of blocks that only turn follow from their own feed words.
@@ -249,11 +253,9 @@ def price_program(source: Source, machine: Machine, options: Pricing = Pricing()
     limiting = replace(limiting, time=limiting.time * known[:, None])
     energy = replace(spent, feed_time=feed_time, timing=timing, limited=limiting.by_cause)
     budget = None if cut is None else job_budget(machine, motion, cut, None, integral)
-    coordinates: Coordinates = "tip" if read.tcp.any() else "axes"
     # What axis words cost doesn't depend on where the tool goes.
-    unknown = figure_findings(machine, coordinates)
-    findings = (*(f for f in unknown if coordinates == "tip" or f.code == "figure-assumed"), *stands)
-    findings += (*motion.findings, *_speeding(machine, read), *_unlimited(machine, law))
+    unknown = (f for f in figure_findings(machine, coordinates) if by_tip or f.code == "figure-assumed")
+    findings = (*unknown, *stands, *motion.findings, *_speeding(machine, read), *_unlimited(machine, law))
     findings += tuple(_assumed_feeds(motion, taken_over))
     if corners == "control" and taken.assumed:
         findings += (Finding(Severity.NOTE, "corners-assumed", taken.assumed, Place(file=motion.name)),)

@@ -50,8 +50,8 @@ def test_a_ring_is_cheapest_where_its_middle_stands_on_the_axis_of_the_table(rin
     there = same_both_ways().with_setup(task.job.setup.offset)
     search = search_setups(replace(task, machine=there))
     best = search.ranked[0]
-    assert best.setup.offset[0] == pytest.approx(0.0, abs=1.0)
-    assert best.setup.offset[1:] == (0.0, 0.0)
+    assert best.offset[0] == pytest.approx(0.0, abs=1.0)
+    assert best.offset[1:] == (0.0, 0.0)
     assert len(search.tried) <= 20
 
 
@@ -217,7 +217,7 @@ def test_where_all_tried_setups_are_blocked_further_ones_are_scattered(beside_a_
     search = search_setups(resolve(beside_a_clamp(8)))
     assert len(search.tried) <= 8
     assert search.ranked
-    assert all(tried.setup.rotation[2] > 90.0 for tried in search.ranked)
+    assert all(setup.rotation[2] > 90.0 for setup in search.ranked)
 
 
 def test_with_verification_only_the_search_ignores_obstacles(beside_a_clamp):
