@@ -19,7 +19,7 @@ from fiveaxis.base import (
     write_atomically,
 )
 from fiveaxis.job.revised_program import RevisedProgram
-from fiveaxis.job.stages import FrontOutcome, Outcome
+from fiveaxis.job.stages import Outcome
 from fiveaxis.nc import DIALECTS, PROGRAM_SUFFIXES, write_motion
 from fiveaxis.posture import Mask
 from fiveaxis.show import Admits, write_front_figure, write_json, write_preview, write_report
@@ -55,7 +55,7 @@ def write_outcome(outcome: Outcome, folder: Path, progress: Progress = unheard) 
     """
     with filled_folder(folder, _stale(folder)) as (temporary, made):
         made += _make_files(outcome, temporary, progress)
-        if isinstance(outcome, FrontOutcome):
+        if outcome.front is not None:
             made.append(write_front_figure(outcome.front, temporary / "front.svg"))
             for number, one in enumerate(outcome.members, start=1):
                 inner = temporary / FRONT / str(number)

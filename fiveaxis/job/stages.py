@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -65,7 +65,9 @@ class Outcome:
     budget : energy of the whole job
     inputs : the files that the run read, of `describe_inputs`
     cleared : what kept the solution clear of collisions
-    front_programs : what the report says of a front, where the job asks for one
+    front, members : of a job that asks for a front, whose pick this is: the solutions between the cheapest
+        path and the steadiest, or the fastest, and the outcome of each, in its order
+    front_programs : what the report says of them
     setup_search : what the report says of the search for the setup
     chosen : of all that was found for an operation that is revised; None for a program of its own
     scallop : mm, the highest ridge that was asked for and as the cutter leans; None where none was asked for,
@@ -78,6 +80,8 @@ class Outcome:
     budget: Budget
     inputs: Sequence[InputFile]
     cleared: Cleared | None = None
+    front: Front | None = None
+    members: tuple[Outcome, ...] = ()
     front_programs: FrontPrograms | None = None
     setup_search: SetupSearched | None = None
     chosen: Chosen | None = None
@@ -146,20 +150,6 @@ class Outcome:
     def ok(self) -> bool:
         """Whether the program has no error."""
         return self.program.ok
-
-
-@dataclass(frozen=True, eq=False)
-class FrontOutcome(Outcome):
-    """What a job gave that asks for a front: the solution that it picks.
-
-    Parameters
-    ----------
-    front : the solutions between the cheapest path and the steadiest, or the fastest
-    members : the outcome of each of them, in its order
-    """
-
-    front: Front = field(kw_only=True)
-    members: tuple[Outcome, ...] = field(kw_only=True)
 
 
 def run_stages(
@@ -252,7 +242,7 @@ def _finished(
     )
 
 
-def _picked(job: Job, front: Front, outcomes: Sequence[Outcome]) -> FrontOutcome:
+def _picked(job: Job, front: Front, outcomes: Sequence[Outcome]) -> Outcome:
     """Return the outcome that a job picks of a front: of the programs that no other one dominates as made.
 
     Words are rounded and blocks removed, so two programs may be in another order than their solutions were.
@@ -271,11 +261,11 @@ def _picked(job: Job, front: Front, outcomes: Sequence[Outcome]) -> FrontOutcome
         for number, (point, made) in enumerate(zip(points, members, strict=True), start=1)
     )
     picked = min(job.pick or 1, len(members))
-    told = replace(members[picked - 1], front_programs=FrontPrograms(programs, dominated, picked))
-    return FrontOutcome(
-        **{each.name: getattr(told, each.name) for each in fields(Outcome)},
+    return replace(
+        members[picked - 1],
         front=Front(points, dominated, solutions[0], tuple(solutions[1:])),
         members=members,
+        front_programs=FrontPrograms(programs, dominated, picked),
     )
 
 
