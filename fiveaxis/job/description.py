@@ -311,11 +311,11 @@ class Job(_Bounded):
             if info.field_name == "tilt" and value is not None:
                 require_range(*value)
             elif isinstance(value, str):
-                numbered = info.field_name == "tool" and "=" in value
-                for name in tools_by_number(value).values() if numbered else (value,):
+                is_tool = info.field_name == "tool"
+                for name in tools_by_number(value).values() if is_tool else (value,):
                     # A file is read when its folder is known.
                     if not name.lower().endswith(TOOL_FILE):
-                        parse_tool(name) if info.field_name == "tool" else find_dialect(name)
+                        parse_tool(name) if is_tool else find_dialect(name)
         except FiveAxisError as fault:
             raise ValueError(str(fault)) from None
         return value

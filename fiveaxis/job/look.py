@@ -174,8 +174,7 @@ def look(program: str | Path, machine: str | Path | Machine, given: Looking) -> 
     reading, source = replace(given, rapid=given.rapid or RAPID), load_source(program)
     given.progress(STAGES["read"], 0, 1)
     facts = measure_operations(program, ProgramReading.of(reading, machine=used))
-    tool = given.tool or ""
-    named = tools_by_number(tool) if "=" in tool else {"": given.tool}
+    named = {} if given.tool is None else tools_by_number(given.tool)
     cutters = [named.get(each.operation.tool) or named.get("") or each.cutter for each in facts]
     stay = [why_it_stays(each.operation, cutter) for each, cutter in zip(facts, cutters, strict=True)]
     # The part stands where a run that revises the program would have it.

@@ -314,7 +314,7 @@ def _chosen(job: Job) -> tuple[int, ...]:
 def _tools(job: Job, source: Source, operations: Sequence[Operation]) -> dict[str, str]:
     """Return the cutters by their numbers in the program, under an empty one a cutter for every operation."""
     if job.tool is not None:
-        return tools_by_number(job.tool) if "=" in job.tool else {"": job.tool}
+        return tools_by_number(job.tool)
     number = next((o.number for o in operations if o.kind == "simultaneous"), None)
     if number is None:
         return {}

@@ -244,8 +244,7 @@ def _tools(given: Tool | str | None) -> dict[str, Tool]:
     """Return the given cutters by their numbers in the program, under an empty one a cutter for all."""
     if given is None or isinstance(given, Tool):
         return {} if given is None else {"": given}
-    named = tools_by_number(given) if "=" in given else {"": given}
-    return {number: parse_tool(name) for number, name in named.items()}
+    return {number: parse_tool(name) for number, name in tools_by_number(given).items()}
 
 
 def _assumed(machine: Machine, reading: Reading) -> tuple[Machine, Reading, list[str]]:

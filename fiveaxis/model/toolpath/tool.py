@@ -311,11 +311,15 @@ def parse_tool(text: str) -> Tool:
 def tools_by_number(text: str) -> dict[str, str]:
     """Part ``3=ball:6,5=bull:10:2`` into the short form of each tool, by its number or name in a program.
 
+    A short form or a file without a number is that of every tool, under an empty one.
+
     Raises
     ------
     ToolError
         A part that isn't written so, or a number twice.
     """
+    if "=" not in text:
+        return {"": text}
     tools: dict[str, str] = {}
     for part in text.split(","):
         number, sign, tool = (word.strip() for word in part.partition("="))
