@@ -437,6 +437,42 @@ def cell_of(cells: Cells, model: Array, level: float, spin: float, turn1: float,
 
 
 @innermost
+def aims_of(
+    problem: SearchProblem, layer: Layer, targets: Array, i: int, j: int, move: int
+) -> tuple[int, float, int, float]:
+    """Return the two rows of the model that a move from state j sets at location i + 1, with their values."""
+    if move == BESIDE_PATH:
+        spin = problem.cells.spin
+        level, beside = problem.cells.level, problem.corridor.path[i + 1, spin]
+        return level, layer.positions[j, level], problem.locations.rotary[spin], beside
+    row1, row2 = int(problem.moves[move, 0, ROW]), int(problem.moves[move, 1, ROW])
+    aim1 = aim_of(layer.positions, j, row1, targets[move, 0])
+    return row1, aim1, row2, aim_of(layer.positions, j, row2, targets[move, 1])
+
+
+@innermost
+def is_beside(corridor: Corridor, i: int, angle1: float, angle2: float) -> bool:
+    """Whether angles are within the corridor at a location; everywhere, where there is none."""
+    return len(corridor.path) == 0 or not (
+        abs(angle1 - corridor.path[i, 0]) > corridor.radius[0]
+        or abs(angle2 - corridor.path[i, 1]) > corridor.radius[1]
+    )
+
+
+@innermost
+def stays_within(
+    locations: Locations, model: Array, i: int, turn1: float, turn2: float, there: Array
+) -> bool:
+    """Set the axes at location i + 1, and check that they and the tool's lean keep their bounds."""
+    sound = True
+    for a in range(len(there)):
+        there[a] = second_order(model, a, turn1, turn2)
+        if there[a] < locations.low[a] - MODEL_ERROR or there[a] > locations.high[a] + MODEL_ERROR:
+            sound = False
+    return sound and leans_soundly(locations, model, i, turn1, turn2)
+
+
+@innermost
 def candidates(
     problem: SearchProblem,
     layer: Layer,
@@ -475,19 +511,12 @@ def candidates(
                 turn1 = corridor.path[i + 1, 0] - layer.rotary[j, 0]
                 turn2 = corridor.path[i + 1, 1] - layer.rotary[j, 1]
             else:
-                if move == BESIDE_PATH:
-                    row1, row2 = cells.level, locations.rotary[cells.spin]
-                    aim1, aim2 = layer.positions[j, row1], corridor.path[i + 1, cells.spin]
-                else:
-                    row1, row2 = int(moves[move, 0, ROW]), int(moves[move, 1, ROW])
-                    aim1 = aim_of(layer.positions, j, row1, targets[move, 0])
-                    aim2 = aim_of(layer.positions, j, row2, targets[move, 1])
-                    # Most moves are too far: that is seen before they are solved.
-                    if not (
-                        abs(model[row1, 0] - aim1) <= reach[row1]
-                        and abs(model[row2, 0] - aim2) <= reach[row2]
-                    ):
-                        continue
+                row1, aim1, row2, aim2 = aims_of(problem, layer, targets, i, j, move)
+                # Most moves are too far: that is seen before they are solved.
+                if move != BESIDE_PATH and not (
+                    abs(model[row1, 0] - aim1) <= reach[row1] and abs(model[row2, 0] - aim2) <= reach[row2]
+                ):
+                    continue
                 sound, turn1, turn2 = turns_to(model, row1, aim1, row2, aim2)
                 if not sound:
                     continue
@@ -498,21 +527,9 @@ def candidates(
                 for a in range(axes):
                     there[a] = corridor.positions[i + 1, a]
             else:
-                if over > ROUNDING:
+                if over > ROUNDING or not is_beside(corridor, i + 1, angle1, angle2):
                     continue
-                if near and abs(angle1 - corridor.path[i + 1, 0]) > corridor.radius[0]:
-                    continue
-                if near and abs(angle2 - corridor.path[i + 1, 1]) > corridor.radius[1]:
-                    continue
-                sound = True
-                for a in range(axes):
-                    there[a] = second_order(model, a, turn1, turn2)
-                    if (
-                        there[a] < locations.low[a] - MODEL_ERROR
-                        or there[a] > locations.high[a] + MODEL_ERROR
-                    ):
-                        sound = False
-                if not sound or not leans_soundly(locations, model, i, turn1, turn2):
+                if not stays_within(locations, model, i, turn1, turn2, there):
                     continue
                 if move >= 0:
                     keep_held(layer, j, moves, move, there)
@@ -697,13 +714,7 @@ def solved(
             j, move = found.parent[unsolved[n]], found.move[unsolved[n]]
             first = second = 0.0
             if move != ONTO_PATH:
-                if move == BESIDE_PATH:
-                    row1, row2 = cells.level, locations.rotary[cells.spin]
-                    aim1, aim2 = layer.positions[j, row1], corridor.path[i + 1, cells.spin]
-                else:
-                    row1, row2 = int(moves[move, 0, ROW]), int(moves[move, 1, ROW])
-                    aim1 = aim_of(layer.positions, j, row1, targets[move, 0])
-                    aim2 = aim_of(layer.positions, j, row2, targets[move, 1])
+                row1, aim1, row2, aim2 = aims_of(problem, layer, targets, i, j, move)
                 f, f1, f2 = residual(locations.references, i + 1, row1, aim1, values, n)
                 g, g1, g2 = residual(locations.references, i + 1, row2, aim2, values, n)
                 determinant = f1 * g2 - f2 * g1
