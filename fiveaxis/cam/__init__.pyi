@@ -23,7 +23,7 @@ from .mesh.distance import kept_by_mesh as kept_by_mesh
 from .mesh.distance import tree_of as tree_of
 from .mesh.kernels import STACK as STACK
 from .mesh.kernels import encloses as encloses
-from .mesh.kernels import nearest as nearest
+from .mesh.kernels import nearest_triangle as nearest_triangle
 from .mesh.kernels import segment_gap as segment_gap
 from .mesh.loading import load_mesh as load_mesh
 from .mesh.loading import mesh_size as mesh_size

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from fiveaxis.base import Array, IntArray, compiled, inner
+from fiveaxis.base import Array, IntArray, compiled, inner, innermost
 
 Point = tuple[float, float, float]
 # Deep enough for any tree: two nodes wait at each of at most 62 levels.
@@ -18,7 +18,7 @@ STACK = 128
 MUCH_LARGER = 4.0
 
 
-@inner
+@innermost
 def share_along(p: Array, a: Array, b: Array) -> float:
     """Share, 0…1, of the segment from a to b at which it is nearest to a point."""
     along = 0.0
@@ -29,7 +29,7 @@ def share_along(p: Array, a: Array, b: Array) -> float:
     return 0.0 if length == 0.0 else min(max(along / length, 0.0), 1.0)
 
 
-@inner
+@innermost
 def segment_gap(p: Array, a: Array, b: Array) -> float:
     """Squared distance from a point to the segment from a to b."""
     t = share_along(p, a, b)
@@ -39,25 +39,25 @@ def segment_gap(p: Array, a: Array, b: Array) -> float:
     return gap
 
 
-@inner
+@innermost
 def offset(a: Array, b: Array) -> Point:
     """Vector from one point to another."""
     return b[0] - a[0], b[1] - a[1], b[2] - a[2]
 
 
-@inner
+@innermost
 def cross(u: Point, v: Point) -> Point:
     """Cross product of two vectors."""
     return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
 
 
-@inner
+@innermost
 def dot(u: Point, v: Point) -> float:
     """Scalar product of two vectors."""
     return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
 
 
-@inner
+@innermost
 def shares_on(p: Array, triangle: Array) -> tuple[float, float, float]:
     """Shares of the edges from the first corner to the foot of p's perpendicular, and its squared length.
 
@@ -77,7 +77,7 @@ def shares_on(p: Array, triangle: Array) -> tuple[float, float, float]:
     return 0.0, 0.0, -1.0
 
 
-@inner
+@innermost
 def triangle_gap(p: Array, triangle: Array) -> float:
     """Squared distance from a point to a triangle, (3, 3); also right for one without area."""
     _s, _t, gap = shares_on(p, triangle)
@@ -87,7 +87,7 @@ def triangle_gap(p: Array, triangle: Array) -> float:
     return min(segment_gap(p, a, b), segment_gap(p, b, c), segment_gap(p, c, a))
 
 
-@inner
+@innermost
 def box_gap(p: Array, box: Array) -> float:
     """Squared distance from a point to a box, (2, 3); zero inside."""
     gap = 0.0
@@ -97,7 +97,7 @@ def box_gap(p: Array, box: Array) -> float:
     return gap
 
 
-@inner
+@innermost
 def push_children(p: Array, boxes: Array, node: int, waiting: IntArray, count: int) -> int:
     """Put a node's children on the stack, and return the number of nodes there.
 
@@ -145,22 +145,16 @@ def nearest_triangle(p: Array, triangles: Array, boxes: Array, bound: float) -> 
     return found, float(np.sqrt(best))
 
 
-@inner
-def nearest(p: Array, triangles: Array, boxes: Array, bound: float) -> float:
-    """Return only the distance of `nearest_triangle`, mm."""
-    return nearest_triangle(p, triangles, boxes, bound)[1]
-
-
 @compiled
 def nearest_all(points: Array, triangles: Array, boxes: Array, bound: float) -> Array:
-    """Compute `nearest` for each row of points, (n, 3) → (n,)."""
+    """Compute the distance of `nearest_triangle` for each row of points, (n, 3) → (n,)."""
     gaps = np.empty(len(points))
     for i in range(len(points)):
-        gaps[i] = nearest(points[i], triangles, boxes, bound)
+        gaps[i] = nearest_triangle(points[i], triangles, boxes, bound)[1]
     return gaps
 
 
-@inner
+@innermost
 def foot_on_triangle(p: Array, triangle: Array, foot: Array) -> float:
     """Find the nearest point to p on a triangle, (3, 3): foot, (3,) mm, is filled in.
 
@@ -222,7 +216,8 @@ def reach(start: Array, end: Array, triangles: Array, boxes: Array, limit: float
     while True:
         share = 0.0 if length == 0.0 else done / length
         ahead = length - done
-        gap = nearest(start + share * (end - start), triangles, boxes, limit + max(ahead, finest))
+        within = limit + max(ahead, finest)
+        _, gap = nearest_triangle(start + share * (end - start), triangles, boxes, within)
         if gap < limit:
             return clear
         clear = done
@@ -344,7 +339,7 @@ def merge_rows(rows: Array) -> tuple[IntArray, IntArray]:
     return first[:count].copy(), number
 
 
-@inner
+@innermost
 def halve(keys: Array, rows: IntArray) -> None:
     """Move the smaller half, by key and then by row, before the larger one, in place.
 

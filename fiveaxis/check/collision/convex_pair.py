@@ -17,9 +17,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from fiveaxis.base import Array, IntArray, inner, innermost
+from fiveaxis.base import Array, IntArray, innermost
 
 Vector = tuple[float, float, float]
+# Of a hull that grows: corners, planes of faces, their corners, and edges of the border.
+Hull = tuple[Array, Array, IntArray, IntArray]
 
 # mm: a gap and a depth are this exact; nearer than TOUCHING counts as touching.
 EXACT, EXACT_DEPTH, TOUCHING = 1e-9, 1e-6, 1e-12
@@ -138,20 +140,21 @@ def same_side(p: Vector, q: Vector, r: Vector, s: Vector) -> bool:
     return (here > 0.0 and there > rounding) or (here < 0.0 and there < -rounding)
 
 
-@inner
+@innermost
 def nearest_of(simplex: Array, n: int) -> tuple[int, Vector]:
     """Find the point of a simplex nearest to the origin, and keep the corners that carry it.
 
     Parameters
     ----------
-    simplex : (4, 3), mm, of which n ≥ 2 are corners; afterwards those kept come first
+    simplex : (7, 3), mm, of which n ≥ 2 are corners; afterwards those kept come first. The last three rows
+        are those of the face that is nearest so far
     n : number of corners
 
     Returns
     -------
     Number of corners kept, 4 if the origin is inside; the point, mm, infinite where rounding leaves none
     """
-    corners, weights, point, least = np.empty((3, 3)), (0.0, 0.0, 0.0), (np.inf, np.inf, np.inf), np.inf
+    weights, point, least = (0.0, 0.0, 0.0), (np.inf, np.inf, np.inf), np.inf
     inside = n == 4
     for face in range(4 if n == 4 else 1):
         # Two corners are a triangle whose third one is the first.
@@ -167,21 +170,23 @@ def nearest_of(simplex: Array, n: int) -> tuple[int, Vector]:
         there = minus(times(shares[0], p), minus(times(-shares[1], q), times(shares[2], r)))
         if dot(there, there) < least:
             least, point, weights = dot(there, there), there, shares
-            put(corners, 0, p)
-            put(corners, 1, q)
-            put(corners, 2, r)
+            put(simplex, 4, p)
+            put(simplex, 5, q)
+            put(simplex, 6, r)
     if inside:
         return 4, (0.0, 0.0, 0.0)
     kept = 0
     for k in range(3):
         if weights[k] > 0.0:
-            put(simplex, kept, vector(corners, k))
+            put(simplex, kept, vector(simplex, 4 + k))
             kept += 1
     return kept, point
 
 
-@inner
-def gap_bounds(a: Array, b: Array, pose: Array, near: float, far: float) -> tuple[float, float]:
+@innermost
+def gap_bounds(
+    a: Array, b: Array, pose: Array, near: float, far: float, simplex: Array
+) -> tuple[float, float]:
     """Bound the gap between two bodies from below and above, mm, to `EXACT` of each other.
 
     It ends early once the gap is known to be at most `near` or more than `far`.
@@ -191,8 +196,8 @@ def gap_bounds(a: Array, b: Array, pose: Array, near: float, far: float) -> tupl
     a, b : bodies, (m, 4) mm each
     pose : (4, 4), mm, of b's frame in a's
     near, far : mm
+    simplex : (7, 3), work space
     """
-    simplex = np.empty((4, 3))
     v = minus(vector(a, 0), placed(pose, vector(b, 0)))
     put(simplex, 0, v)
     n, lower, upper = 1, 0.0, np.sqrt(dot(v, v))
@@ -294,8 +299,8 @@ def grow(corners: Array, new: int, faces: IntArray, planes: Array, count: int, e
     return count + border
 
 
-@inner
-def overlap(a: Array, b: Array, pose: Array, floor: float) -> float:
+@innermost
+def overlap(a: Array, b: Array, pose: Array, floor: float, hull: Hull) -> float:
     """Length of the shortest movement that parts two bodies, mm, to `EXACT_DEPTH` and never too short.
 
     Once it is known to be at most `floor`, any number up to that may be returned. The differences' hull grows
@@ -305,9 +310,9 @@ def overlap(a: Array, b: Array, pose: Array, floor: float) -> float:
     ----------
     a, b, pose : as for `gap_bounds`
     floor : mm
+    hull : work space: (`MOST_CORNERS`, 3), (`MOST_FACES`, 4), (`MOST_FACES`, 3) and (3 `MOST_FACES`, 2)
     """
-    corners, planes = np.empty((MOST_CORNERS, 3)), np.empty((MOST_FACES, 4))
-    faces, edges = np.empty((MOST_FACES, 3), np.int64), np.empty((3 * MOST_FACES, 2), np.int64)
+    corners, planes, faces, edges = hull
     upper = first_corners(a, b, pose, corners)
     if upper <= floor:
         return upper

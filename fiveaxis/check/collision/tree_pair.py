@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from fiveaxis.base import Array, IntArray, compiled, innermost
-from fiveaxis.check.collision.convex_pair import TOUCHING, gap_bounds, overlap
+from fiveaxis.check.collision.convex_pair import MOST_CORNERS, MOST_FACES, TOUCHING, gap_bounds, overlap
 
 # Deep enough for any two trees: one pair of nodes waits at each of at most 62 levels of both.
 STACK = 128
@@ -93,7 +93,7 @@ def gap_between(
     leaves_a, leaves_b = len(boxes_a) // 2, len(boxes_b) // 2
     width_a, width_b = len(bodies_a) // leaves_a, len(bodies_b) // leaves_b
     waiting, bounds = np.ones((STACK, 2), np.int64), np.zeros(STACK)
-    count, found, best = 1, np.inf, most
+    count, found, best, simplex = 1, np.inf, most, np.empty((7, 3))
     while count > 0:
         count -= 1
         i, j = waiting[count, 0], waiting[count, 1]
@@ -104,7 +104,8 @@ def gap_between(
             continue
         for k in range((i - leaves_a) * width_a, (i - leaves_a + 1) * width_a):
             for m in range((j - leaves_b) * width_b, (j - leaves_b + 1) * width_b):
-                lower, upper = gap_bounds(bodies_a[k], bodies_b[m], pose, 0.0 if exact else best, best)
+                near = 0.0 if exact else best
+                lower, upper = gap_bounds(bodies_a[k], bodies_b[m], pose, near, best, simplex)
                 if lower <= best:
                     found, best = min(found, lower), min(best, upper)
                     if not exact or upper < TOUCHING:
@@ -118,7 +119,9 @@ def depth_between(bodies_a: Array, boxes_a: Array, bodies_b: Array, boxes_b: Arr
     leaves_a, leaves_b = len(boxes_a) // 2, len(boxes_b) // 2
     width_a, width_b = len(bodies_a) // leaves_a, len(bodies_b) // leaves_b
     waiting, bounds = np.ones((STACK, 2), np.int64), np.full(STACK, -np.inf)
-    count, deepest = 1, 0.0
+    count, deepest, simplex = 1, 0.0, np.empty((7, 3))
+    corners, planes = np.empty((MOST_CORNERS, 3)), np.empty((MOST_FACES, 4))
+    faces, edges = np.empty((MOST_FACES, 3), np.int64), np.empty((3 * MOST_FACES, 2), np.int64)
     while count > 0:
         count -= 1
         i, j = waiting[count, 0], waiting[count, 1]
@@ -129,6 +132,7 @@ def depth_between(bodies_a: Array, boxes_a: Array, bodies_b: Array, boxes_b: Arr
             continue
         for k in range((i - leaves_a) * width_a, (i - leaves_a + 1) * width_a):
             for m in range((j - leaves_b) * width_b, (j - leaves_b + 1) * width_b):
-                if gap_bounds(bodies_a[k], bodies_b[m], pose, 0.0, 0.0)[0] <= 0.0:
-                    deepest = max(deepest, overlap(bodies_a[k], bodies_b[m], pose, deepest))
+                if gap_bounds(bodies_a[k], bodies_b[m], pose, 0.0, 0.0, simplex)[0] <= 0.0:
+                    hull = (corners, planes, faces, edges)
+                    deepest = max(deepest, overlap(bodies_a[k], bodies_b[m], pose, deepest, hull))
     return deepest

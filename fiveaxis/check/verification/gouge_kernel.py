@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from fiveaxis.base import Array, compiled, inner
-from fiveaxis.cam import STACK, nearest
+from fiveaxis.cam import STACK, nearest_triangle
 from fiveaxis.model import inside
 
 # mm: accuracy of a depth.
@@ -210,7 +210,7 @@ def deepest(
     ----------
     tip, axis : (3,), mm and unit vector
     zones, low, high : the body's profile and the heights of its ends
-    triangles, boxes : as in `fiveaxis.cam.mesh.kernels.nearest`
+    triangles, boxes : as in `fiveaxis.cam.mesh.kernels.nearest_triangle`
     """
     leaves = len(boxes) // 2
     width = len(triangles) // leaves
@@ -268,5 +268,5 @@ def sunk_balls(centres: Array, radius: float, triangles: Array, boxes: Array, fl
     """Depth of balls in triangles, radius less distance, at least the floor: (n, 3), (n,) → (n,) mm."""
     depths = np.empty(len(centres))
     for i in range(len(centres)):
-        depths[i] = radius - nearest(centres[i], triangles, boxes, radius - floors[i])
+        depths[i] = radius - nearest_triangle(centres[i], triangles, boxes, radius - floors[i])[1]
     return depths
