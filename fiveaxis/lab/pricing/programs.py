@@ -34,6 +34,7 @@ from fiveaxis.model import (
     Machine,
     Motion,
     MoveKind,
+    PredictedTime,
     TimeLaw,
     Timing,
     Tool,
@@ -216,16 +217,7 @@ def price_program(source: Source, machine: Machine, options: Pricing = Pricing()
     )
     by_tip = bool(read.tcp.any())
     coordinates: Coordinates = "tip" if by_tip else "axes"
-    if corners == "control":
-        dialect = (
-            program_dialect(source, machine) if options.control is None else find_dialect(options.control)
-        )
-        taken = predicted_time(read, machine, dialect, coordinates)
-    elif isinstance(corners, str) and corners not in ("programmed", "exact-stop"):
-        what = "control, programmed, exact-stop, or a tolerance in mm"
-        raise SettingError(f"corners {corners!r}: write {what}")
-    else:
-        taken = programmed_time(read, machine)
+    taken = _asked_times(read, machine, source, options, coordinates)
     lines, law, integral = source.lines, None, None
     known = ~read.from_unknown
     texts = tuple(lines[line - 1].strip() if line > 0 else "" for line in read.source)
@@ -272,6 +264,20 @@ def price_program(source: Source, machine: Machine, options: Pricing = Pricing()
         budget=budget,
         findings=findings,
     )
+
+
+def _asked_times(
+    read: ReadMotion, machine: Machine, source: Source, options: Pricing, coordinates: Coordinates
+) -> PredictedTime:
+    """Return the times of the blocks as the options ask for them; without accelerations of a time law."""
+    corners, control = options.corners, options.control
+    if corners == "control":
+        dialect = program_dialect(source, machine) if control is None else find_dialect(control)
+        return predicted_time(read, machine, dialect, coordinates)
+    if isinstance(corners, str) and corners not in ("programmed", "exact-stop"):
+        what = "control, programmed, exact-stop, or a tolerance in mm"
+        raise SettingError(f"corners {corners!r}: write {what}")
+    return programmed_time(read, machine)
 
 
 def _cut(process: ProcessFigures, tool: Tool | None, motion: ReadMotion) -> Process:

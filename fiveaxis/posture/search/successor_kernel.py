@@ -680,6 +680,21 @@ def lean_excess(locations: Locations, i: int, values: Array, n: int, first: floa
 
 
 @innermost
+def newton_turn(
+    problem: SearchProblem, layer: Layer, targets: Array, i: int, j: int, move: int, values: Array, n: int
+) -> tuple[bool, float, float]:
+    """Take a Newton step towards what a move aims at: whether it is sound, and both turns, rad."""
+    row1, aim1, row2, aim2 = aims_of(problem, layer, targets, i, j, move)
+    f, f1, f2 = residual(problem.locations.references, i + 1, row1, aim1, values, n)
+    g, g1, g2 = residual(problem.locations.references, i + 1, row2, aim2, values, n)
+    determinant = f1 * g2 - f2 * g1
+    if not abs(determinant) > LEAST_DETERMINANT:
+        return False, 0.0, 0.0
+    first, second = -(g2 * f - f2 * g) / determinant, -(f1 * g - g1 * f) / determinant
+    return not abs(first) + abs(second) > LONGEST_TURN, first, second
+
+
+@innermost
 def solved(
     problem: SearchProblem,
     layer: Layer,
@@ -714,14 +729,8 @@ def solved(
             j, move = found.parent[unsolved[n]], found.move[unsolved[n]]
             first = second = 0.0
             if move != ONTO_PATH:
-                row1, aim1, row2, aim2 = aims_of(problem, layer, targets, i, j, move)
-                f, f1, f2 = residual(locations.references, i + 1, row1, aim1, values, n)
-                g, g1, g2 = residual(locations.references, i + 1, row2, aim2, values, n)
-                determinant = f1 * g2 - f2 * g1
-                if not abs(determinant) > LEAST_DETERMINANT:
-                    continue
-                first, second = -(g2 * f - f2 * g) / determinant, -(f1 * g - g1 * f) / determinant
-                if abs(first) + abs(second) > LONGEST_TURN:
+                sound, first, second = newton_turn(problem, layer, targets, i, j, move, values, n)
+                if not sound:
                     continue
                 if abs(first) + abs(second) > CONVERGED:
                     unsolved[again] = unsolved[n]
