@@ -19,9 +19,9 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from fiveaxis.base.entries import bounds_text, docstring_parameters, has_numbers, to_toml
 from fiveaxis.base.settings import models_in
-from fiveaxis.job import Job
-from fiveaxis.job.guide import bounds_text, docstring_parameters, has_numbers, list_entries, to_toml
+from fiveaxis.job import Job, list_job_entries
 from fiveaxis.model.machine.tables import Figure, MachineFile
 from fiveaxis.model.toolpath.shapes import SHAPES
 from fiveaxis.model.toolpath.tool import ToolTable
@@ -299,7 +299,7 @@ def _shapes() -> str:
 
 
 def _sweep() -> str:
-    table, *keys = [entry for entry in list_entries() if entry.key.split(".")[0] == "sweep"]
+    table, *keys = [entry for entry in list_job_entries() if entry.key.split(".")[0] == "sweep"]
     rows = (
         (
             f"`{entry.key.partition('.')[2]}`",

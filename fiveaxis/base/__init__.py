@@ -2,8 +2,10 @@
 
 - errors and what is told: `errors` (the tree), `findings`, `codes` (every code with its meaning), `progress`,
   `interrupted` (what an interrupted job has found);
-- what users say: `options` (each option once), `settings` (strict TOML), `files` (whole or not at all);
-- numbers: `geometry` (vectors, rotations, intervals), `compiling` (how loops are compiled), `threads`;
+- what users say: `options` (each option once), `settings` (strict TOML), `entries` (its fields, explained),
+  `files` (whole or not at all);
+- numbers: `geometry` (vectors, rotations, intervals), `box_search`, `compiling` (how loops are compiled),
+  `threads`;
 - `notebook`: how objects show in a notebook.
 
 Other houses import from `fiveaxis.base` only, never from a module in it; what they may is in the stub beside

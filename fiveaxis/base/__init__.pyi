@@ -1,9 +1,16 @@
+from .box_search import SCATTERED as SCATTERED
+from .box_search import follow_compass as follow_compass
+from .box_search import halton as halton
+from .box_search import search_box as search_box
 from .codes import CODES as CODES
 from .codes import OVERRIDABLE as OVERRIDABLE
 from .codes import require_codes as require_codes
 from .compiling import compiled as compiled
 from .compiling import inner as inner
 from .compiling import innermost as innermost
+from .entries import Entry as Entry
+from .entries import list_entries as list_entries
+from .entries import to_toml as to_toml
 from .errors import AlreadyBetter as AlreadyBetter
 from .errors import CodeError as CodeError
 from .errors import DegenerateChain as DegenerateChain

@@ -31,12 +31,12 @@ def job(
         if explain and file is not None:
             raise SettingError(f"{file} is for --init; --explain is about every job file")
         with shown_work(err, hidden=as_json):
-            from fiveaxis.job import list_entries, write_starter
+            from fiveaxis.job import list_job_entries, write_starter
         if init:
             written.append(write_starter(file or STARTER))
             print_written(written[0], "fill in input, then run `fiveaxis optimise` on it")
             return print_json({"written": [str(path) for path in written]}) if as_json else None
-        entries = list_entries()
+        entries = list_job_entries()
         if as_json:
             return print_json([entry.as_dict() for entry in entries])
         table = Table("field", "type", "unit", "default", "meaning", box=None)

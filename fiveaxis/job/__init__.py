@@ -3,7 +3,7 @@
 - the job: `description` (its fields), `reading` (from a file or options), `guide` (explained);
 - the task: `task` (a job resolved, once), of `loading` (what it names) and
   `placement` (where the part stands if nobody says); every later stage takes it;
-- its run: `setup_choice` (`run_job`), `setup_search` and `box_search`, `stages`, `clearing` (optimisation
+- its run: `setup_choice` (`run_job`), `setup_search`, `stages`, `clearing` (optimisation
   clear of collisions), `solution`, `results` (its files), `digest` (whether it is the same);
 - programs: `planned_program` (motion), `program` (text, read back and verified), `release` (the release
   gate), `posting` (programs of motions and of other programs), `verifying` (any program);

@@ -13,7 +13,7 @@ from .clearing import optimise as optimise
 from .description import Job as Job
 from .description import PlanTable as PlanTable
 from .digest import digest_job as digest_job
-from .guide import list_entries as list_entries
+from .guide import list_job_entries as list_job_entries
 from .guide import write_starter as write_starter
 from .loading import is_mesh as is_mesh
 from .loading import load_job_machine as load_job_machine

@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fiveaxis.base import Array, BoolArray, IntArray, cross, perpendicular, product
+from fiveaxis.base import Array, BoolArray, IntArray, cross, perpendicular, product, search_box
 from fiveaxis.check import Clearances, Surroundings, find_accessible, is_described
-from fiveaxis.job.box_search import search_box
 from fiveaxis.model import (
     Constraints,
     Limits,

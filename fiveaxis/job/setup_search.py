@@ -10,9 +10,19 @@ from typing import Any
 
 import numpy as np
 
-from fiveaxis.base import STAGES, Array, Infeasible, JobError, Progress, unheard
+from fiveaxis.base import (
+    SCATTERED,
+    STAGES,
+    Array,
+    Infeasible,
+    JobError,
+    Progress,
+    follow_compass,
+    halton,
+    search_box,
+    unheard,
+)
 from fiveaxis.check import Surroundings, find_accessible
-from fiveaxis.job.box_search import SCATTERED, follow_compass, halton, search_box
 from fiveaxis.job.description import SetupSearch, SetupTable
 from fiveaxis.job.task import JobTask
 from fiveaxis.model import Machine

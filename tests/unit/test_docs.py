@@ -223,10 +223,10 @@ def formats():
 
 
 def test_every_key_of_a_job_is_on_its_page(formats):
-    from fiveaxis.job.guide import list_entries
+    from fiveaxis.job import list_job_entries
 
     text = formats.pages()["job"]
-    for entry in list_entries():
+    for entry in list_job_entries():
         if entry.key == "sweep":
             assert "## `[sweep]`" in text
             continue

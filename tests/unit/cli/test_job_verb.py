@@ -10,11 +10,12 @@ import pytest
 import trimesh
 from typer.testing import CliRunner
 
+from fiveaxis.base import list_entries, to_toml
 from fiveaxis.base.errors import SettingError
 from fiveaxis.cli.commands import app
 from fiveaxis.job.batch.tasks import read_sweep
 from fiveaxis.job.description import Job
-from fiveaxis.job.guide import list_entries, starter_text, to_toml, write_starter
+from fiveaxis.job.guide import list_job_entries, starter_text, write_starter
 from fiveaxis.job.reading import read_job
 from fiveaxis.model.machine.tables import MachineFile
 from fiveaxis.nc import Dialect
@@ -58,19 +59,19 @@ def commented() -> list[tuple[str, str]]:
 
 
 def test_every_field_of_the_model_is_explained():
-    keys = {entry.key for entry in list_entries()}
+    keys = {entry.key for entry in list_job_entries()}
     assert set(Job.model_fields) <= keys
     assert {"plan.stepdown", "setup.offset", "nc.home", "fixture.box.size", "clearance.holder"} <= keys
-    assert not [e.key for e in list_entries() if not e.description and not e.unit]
+    assert not [e.key for e in list_job_entries() if not e.description and not e.unit]
 
 
 def test_every_number_has_a_unit_or_is_known_to_have_none():
-    bare = {e.key for e in list_entries() if "number" in e.kind and not e.unit and not e.is_table}
+    bare = {e.key for e in list_job_entries() if "number" in e.kind and not e.unit and not e.is_table}
     assert bare <= WITHOUT_UNIT
 
 
 def test_a_field_is_explained_with_kind_unit_default_and_bounds():
-    found = {entry.key: entry.as_dict() for entry in list_entries()}
+    found = {entry.key: entry.as_dict() for entry in list_job_entries()}
     assert found["cone"]["type"] == "number > 0 and <= 180"
     assert (found["cone"]["unit"], found["cone"]["default"]) == ("deg", "")
     assert (found["max_turn"]["unit"], found["max_turn"]["default"]) == ("deg", "")
@@ -80,7 +81,7 @@ def test_a_field_is_explained_with_kind_unit_default_and_bounds():
 
 
 def test_a_sweep_is_explained_and_shown_in_a_new_file(tmp_path):
-    told = {entry.key: entry for entry in list_entries()}
+    told = {entry.key: entry for entry in list_job_entries()}
     assert "10000 at most" in told["sweep"].description
     assert told["sweep.combine"].kind == '"product" | "zip"'
     assert "setup.offset" in told["sweep.KEY"].description
@@ -91,14 +92,14 @@ def test_a_sweep_is_explained_and_shown_in_a_new_file(tmp_path):
 
 
 def test_no_field_is_explained_by_its_unit_alone():
-    told = {entry.key: entry.description for entry in list_entries()}
+    told = {entry.key: entry.description for entry in list_job_entries()}
     assert told["factors.co2"] == "emission of the electricity"
     assert told["fixture.box.size"] == "sides along X, Y and Z"
     assert told["nc.spindle_rpm"] != told["nc.spindle_direction"]
 
 
 def test_a_field_has_the_whole_text_of_its_docstring():
-    found = {entry.key: entry.description for entry in list_entries()}
+    found = {entry.key: entry.description for entry in list_job_entries()}
     assert found["nc.home"].endswith("without a retract the first group must be Z alone")
 
 
@@ -110,13 +111,13 @@ def test_other_files_are_listed_too(model):
 def test_explain_as_json_is_one_document_on_stdout():
     result = run("job", "--explain", "--json")
     assert result.exit_code == 0
-    assert {entry["key"] for entry in json.loads(result.stdout)} == {e.key for e in list_entries()}
+    assert {entry["key"] for entry in json.loads(result.stdout)} == {e.key for e in list_job_entries()}
 
 
 def test_explain_prints_a_line_for_each_field():
     result = run("job", "--explain")
     assert result.exit_code == 0
-    assert all(entry.key in result.stdout for entry in list_entries())
+    assert all(entry.key in result.stdout for entry in list_job_entries())
 
 
 def test_a_new_job_file_is_valid_once_its_input_exists(tmp_path):
@@ -137,7 +138,7 @@ def test_a_new_job_file_without_its_input_says_what_is_missing(tmp_path):
 
 def test_every_commented_field_may_be_uncommented():
     fields = commented()
-    needed = {entry.key for entry in list_entries() if entry.default is None} | {
+    needed = {entry.key for entry in list_job_entries() if entry.default is None} | {
         "fixture.box",
         "setup.search.x",
     }

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from fiveaxis.base import halton, search_box
 from fiveaxis.base.errors import Infeasible, JobError
 from fiveaxis.cli.commands import app
 from fiveaxis.job import choose_search, make_job, resolve, run_job, setup_choice, setup_search
-from fiveaxis.job.box_search import halton, search_box
 from fiveaxis.job.setup_search import SetupCosts, search_setups
 from fiveaxis.model import DirectionalDrive, load_machine
 from fiveaxis.show.report.sections import setup_section

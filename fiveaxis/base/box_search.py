@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from fiveaxis.base import Array
+from fiveaxis.base.geometry.vectors import Array
 
 # Scattered points for each side; at most this share of all calls.
 SCATTERED, SCATTERED_SHARE = 6, 0.5
