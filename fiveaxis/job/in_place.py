@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -33,11 +32,9 @@ from fiveaxis.model import (
 )
 from fiveaxis.nc import (
     DIALECTS,
-    NO_ROW,
     RAPID,
     OperationText,
     Placement,
-    Program,
     Reviser,
     Revision,
     Source,
@@ -45,8 +42,6 @@ from fiveaxis.nc import (
     WordWriter,
     load_program,
     require_program,
-    suffix_of,
-    with_lines,
 )
 from fiveaxis.posture import AS_PROGRAMMED, Baseline
 
@@ -177,7 +172,7 @@ class RevisedOperation:
         """
         fill, revision = self.write(solution)
         self.text.require_same_around(revision)
-        text = self._program(revision)
+        text = self.text.program(revision, self.wording)
         read, gate = self.verify(revision.revised, solution)
         planned = ProgramMotion(
             fill.blocks, np.full(len(fill.blocks), Phase.PATH, dtype=np.int64), self.wording.interpolation, 0
@@ -230,22 +225,6 @@ class RevisedOperation:
         whole = 2.0 * np.pi * np.round((self.path.rotary[0] - rotary[0]) / (2.0 * np.pi))
         endless = [machine.axes[c].limits.unlimited for c in machine.rotary_columns]
         return np.asarray(rotary + np.where(endless, whole, 0.0))
-
-    def _program(self, revision: Revision) -> Program:
-        source = revision.revised
-        rows = np.full(len(source.lines), NO_ROW, dtype=np.int64)
-        rows[revision.row_lines - 1] = np.arange(len(revision.row_lines))
-        return Program(
-            control=self.wording.dialect.name,
-            suffix=suffix_of(source.name) or self.wording.dialect.suffix,
-            lines=tuple(source.lines),
-            rows=tuple(rows.tolist()),
-            dropped=0,
-            coordinates=self.wording.coordinates,
-            revises=f"operation {self.text.operation.number} of {Path(source.name).name}, lines "
-            f"{revision.first}-{revision.last}",
-            data=with_lines(self.text.source, revision.replaced),
-        )
 
     def compared(self, solution: Solution) -> Solution:
         """Compare a solution with the operation as it was, by the price of their texts.

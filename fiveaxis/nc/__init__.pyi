@@ -64,7 +64,6 @@ from .writing.feeds import HELD as HELD
 from .writing.feeds import lowest_speed as lowest_speed
 from .writing.header import comment_lines as comment_lines
 from .writing.program_settings import ProgramSettings as ProgramSettings
-from .writing.start_and_end import NO_ROW as NO_ROW
 from .writing.start_and_end import RequiredTechnology as RequiredTechnology
 from .writing.start_and_end import StartAndEnd as StartAndEnd
 from .writing.start_and_end import cancelled_by as cancelled_by

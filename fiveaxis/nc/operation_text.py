@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 
@@ -12,9 +13,13 @@ from fiveaxis.model import Machine, MoveKind, Operation, Toolpath
 from fiveaxis.nc.control.axis_track import Columns
 from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.running import run_program, take_operation
+from fiveaxis.nc.formats import suffix_of
 from fiveaxis.nc.options import ReadOptions
+from fiveaxis.nc.program import Program
 from fiveaxis.nc.revision import Revision
-from fiveaxis.nc.source import Source
+from fiveaxis.nc.source import Source, with_lines
+from fiveaxis.nc.writing.start_and_end import NO_ROW
+from fiveaxis.nc.writing.word_writer import WordWriter
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +85,23 @@ class OperationText:
     def path_of(self, toolpath: Toolpath) -> Toolpath:
         """Return the cuts of an operation's path, from where the tool is down, and the moves between them."""
         return toolpath.at(np.arange(len(toolpath))[self.cuts])
+
+    def program(self, revision: Revision, wording: WordWriter) -> Program:
+        """Return the text of the program with revised lines, its rows those of the new positions."""
+        source = revision.revised
+        rows = np.full(len(source.lines), NO_ROW, dtype=np.int64)
+        rows[revision.row_lines - 1] = np.arange(len(revision.row_lines))
+        return Program(
+            control=wording.dialect.name,
+            suffix=suffix_of(source.name) or wording.dialect.suffix,
+            lines=tuple(source.lines),
+            rows=tuple(rows.tolist()),
+            dropped=0,
+            coordinates=wording.coordinates,
+            revises=f"operation {self.operation.number} of {Path(source.name).name}, lines "
+            f"{revision.first}-{revision.last}",
+            data=with_lines(self.source, revision.replaced),
+        )
 
     def require_same_around(self, revision: Revision) -> None:
         """Raise unless everything outside of revised lines does what it did.
