@@ -38,7 +38,7 @@ from fiveaxis.model import (
     ProgramMotion,
     Toolpath,
     predicted_time,
-    tool_poses,
+    require_along,
 )
 from fiveaxis.nc import (
     NOT_VERIFIED,
@@ -53,8 +53,6 @@ from fiveaxis.show import ProgramFigures
 
 logger = logging.getLogger(__name__)
 
-# mm: a motion whose tool passes a location of a path at a larger distance belongs to another path.
-BELONGS = 0.05
 # Verifies a text beside the motion that it was written for; its reports are merged to one.
 Verdict = Callable[[ReadBack, Program], Sequence[Report]]
 
@@ -221,7 +219,7 @@ def make_program(
     """
     wording = options.wording(machine)
     require_motion(motion, machine)
-    require_path(motion, machine, toolpath)
+    require_along(motion, machine, toolpath)
     around = around or Surroundings()
     # Errors of planning keep the program back too.
     before = Report.of_findings(f for f in toolpath.findings if f.severity is Severity.ERROR)
@@ -253,28 +251,6 @@ def make_program(
     if (made.gate.verified and not errors) or unverified or not few.fill.removed:
         return made
     return replace(attempt(whole), held_back=tuple(made.report.counts))
-
-
-def require_path(motion: Motion, machine: Machine, toolpath: Toolpath) -> None:
-    """Raise `ToolpathError` unless a motion follows a path: as many locations, and tools at them."""
-    if len(motion) != len(toolpath):
-        raise ToolpathError(
-            f"the path has {len(toolpath)} locations and the motion {len(motion)}, so it belongs to another "
-            "path; give the path that it was made for",
-            file=toolpath.name,
-        )
-    tip, axis = tool_poses(machine, motion.positions)
-    reached = toolpath.zone.pivot_of_tip(tip, toolpath.normal, axis)
-    off = np.nan_to_num(np.linalg.norm(reached - toolpath.pivot, axis=1))
-    row = int(np.argmax(off))
-    if off[row] > BELONGS:
-        raise ToolpathError(
-            f"the motion has the tool {off[row]:.4g} mm from location {toolpath.numbered[row]} of this path "
-            f"(at most {BELONGS:g} mm): it belongs to another path, tool, machine or work offset; give those "
-            "that it was made for",
-            file=toolpath.name,
-            line=toolpath.place(row).line,
-        )
 
 
 def compose_verified(

@@ -119,6 +119,7 @@ from .motion.motion import Motion as Motion
 from .motion.motion import follow as follow
 from .motion.motion import located as located
 from .motion.motion import motion_digest as motion_digest
+from .motion.motion import require_along as require_along
 from .motion.planes import AXIS_TOLERANCE as AXIS_TOLERANCE
 from .motion.planes import FASTEST as FASTEST
 from .motion.planes import AxisPlanes as AxisPlanes

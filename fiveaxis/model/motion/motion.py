@@ -10,12 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fiveaxis.base import Array, BoolArray, HasColumns, IntArray, ToolpathError
-from fiveaxis.model.kinematics.poses import linear_positions, tool_axes
+from fiveaxis.model.kinematics.poses import linear_positions, tool_axes, tool_poses
 from fiveaxis.model.machine.model import Machine
 from fiveaxis.model.motion.timing import block_times
 from fiveaxis.model.toolpath.dividing import refined
 from fiveaxis.model.toolpath.operation import MoveKind, kind_names
 from fiveaxis.model.toolpath.path import Toolpath
+
+# mm: a motion whose tool passes a location of a path at a larger distance belongs to another path.
+BELONGS = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,6 +123,28 @@ def located(toolpath: Toolpath, motion: Motion) -> Toolpath:
             file=toolpath.name,
         )
     return refined(toolpath, location)
+
+
+def require_along(motion: Motion, machine: Machine, toolpath: Toolpath) -> None:
+    """Raise `ToolpathError` unless a motion follows a path: as many locations, and tools at them."""
+    if len(motion) != len(toolpath):
+        raise ToolpathError(
+            f"the path has {len(toolpath)} locations and the motion {len(motion)}, so it belongs to another "
+            "path; give the path that it was made for",
+            file=toolpath.name,
+        )
+    tip, axis = tool_poses(machine, motion.positions)
+    reached = toolpath.zone.pivot_of_tip(tip, toolpath.normal, axis)
+    off = np.nan_to_num(np.linalg.norm(reached - toolpath.pivot, axis=1))
+    row = int(np.argmax(off))
+    if off[row] > BELONGS:
+        raise ToolpathError(
+            f"the motion has the tool {off[row]:.4g} mm from location {toolpath.numbered[row]} of this path "
+            f"(at most {BELONGS:g} mm): it belongs to another path, tool, machine or work offset; give those "
+            "that it was made for",
+            file=toolpath.name,
+            line=toolpath.place(row).line,
+        )
 
 
 def follow(toolpath: Toolpath, machine: Machine, rotary: Array) -> Motion:
