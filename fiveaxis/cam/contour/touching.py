@@ -65,8 +65,11 @@ def on_part(toolpath: Toolpath, part: trimesh.Trimesh | None) -> Toolpath:
         worse = np.zeros(len(moves), dtype=bool)
         for share in SHARES:
             point, chord = toolpath.curve.between(toolpath.pivot, np.asarray(moves - 1.0 + share))
-            depths = [toolpath.zone.radius - surface.nearest(pivot)[2] for pivot in (point, point + chord)]
-            worse |= depths[0] > np.maximum(depths[1], DEEP)
+            depth = toolpath.zone.radius - surface.nearest(point)[2]
+            deep = np.flatnonzero(depth > DEEP)
+            if len(deep):
+                of_chord = toolpath.zone.radius - surface.nearest((point + chord)[deep])[2]
+                worse[deep] |= depth[deep] > of_chord
         if not worse.any():
             break
         straight[moves[worse]] = True

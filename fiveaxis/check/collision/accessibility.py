@@ -192,7 +192,7 @@ def find_accessible(
             continue
         if name == "part":
             solids.insert(0, _cutter_in_cut(tool))
-        obstacles.append(Obstacle.build(name, mesh.triangles, solids))
+        obstacles.append(Obstacle.build(name, mesh, solids))
     around = [(fixture.name, shape_triangles(fixture.shape)) for fixture in surroundings.fixtures]
     solids = [solid.grown(clearances.by_kind[solid.name] + extra) for solid in tool_solids(tool)]
     for name, triangles in (*around, *_table_bodies(machine)):

@@ -11,14 +11,17 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fiveaxis.base import Array, BoolArray, IntArray, at_once, compiled, inner, innermost
-from fiveaxis.cam import STACK, TriangleTree
+from fiveaxis.cam import STACK, TriangleTree, kept_by_mesh, tree_of
 from fiveaxis.model import Tool
+
+if TYPE_CHECKING:
+    import trimesh
 
 # mm: segments of an outline lower than this are steps; the next segment has the same radius there.
 LOWEST = 1e-9
@@ -171,11 +174,11 @@ class Obstacle:
     slabs: Array
 
     @classmethod
-    def build(cls, name: str, triangles: Array, solids: Sequence[Solid]) -> Obstacle:
-        """Sort triangles, (f, 3, 3) mm, into a tree."""
-        tree = TriangleTree.build(np.ascontiguousarray(triangles, dtype=float))
-        nodes, slabs = _slabs(tree.triangles, tree.boxes)
-        return cls(name, tuple(s for s in solids if len(s.frusta)), tree.triangles, nodes, slabs)
+    def build(cls, name: str, body: trimesh.Trimesh | Array, solids: Sequence[Solid]) -> Obstacle:
+        """Sort the triangles of a body, a mesh or (f, 3, 3) mm, into a tree; those of a mesh once."""
+        own = isinstance(body, np.ndarray)
+        parts = _with_slabs(TriangleTree.build(np.ascontiguousarray(body))) if own else _of_mesh(body)
+        return cls(name, tuple(s for s in solids if len(s.frusta)), *parts)
 
     def hit_by(self, rows: IntArray, tip: Array, axis: Array) -> BoolArray:
         """Find which tools reach into it at locations, (m,), which don't matter to a body that stays; (m,).
@@ -207,6 +210,16 @@ def in_chunks(
         return np.asarray(test(rows[some], tip[some], axis[some], frusta, *obstacle))
 
     return np.concatenate(at_once([partial(tested, start) for start in range(0, len(tip), CHUNK)]))
+
+
+@kept_by_mesh
+def _of_mesh(mesh: trimesh.Trimesh) -> tuple[Array, Array, Array]:
+    """Sort the triangles of a mesh, which is in the way of one setup after the other."""
+    return _with_slabs(tree_of(mesh))
+
+
+def _with_slabs(tree: TriangleTree) -> tuple[Array, Array, Array]:
+    return tree.triangles, *_slabs(tree.triangles, tree.boxes)
 
 
 @compiled
