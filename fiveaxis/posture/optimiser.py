@@ -374,7 +374,7 @@ class Attempts:
         def rebuild(again: Toolpath, location: Array | None = None) -> tuple[Problem, TiltBounds]:
             return (problem, bounds) if again is path else self._problem(narrow, again, location)
 
-        near, by_length = Near(self.effort, self.cone, mask), self.constraints.turn_rate is not None
+        near, by_length = Near(self.effort, self.cone, mask, rotary), self.constraints.turn_rate is not None
         return found, Delivery(path, rebuild, near, self.filling, options, by_length, known is not None)
 
     @property

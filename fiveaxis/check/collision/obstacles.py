@@ -198,16 +198,23 @@ def in_chunks(
     solids: Sequence[Solid],
     *obstacle: NDArray[Any],
 ) -> BoolArray:
-    """Test tools at locations, (m,), in threads: `test` takes some of them, the solids' frusta, and more."""
+    """Test tools at locations, (m,), in threads.
+
+    Parameters
+    ----------
+    test : takes some of them, the frusta of all solids, the numbers of the first frustum of each and of all,
+        and the obstacle
+    """
     if not solids or not len(tip):
         return np.zeros(len(tip), dtype=bool)
     # Thick parts first: they hit soonest.
     frusta = np.ascontiguousarray(np.concatenate([s.frusta for s in reversed(solids)]))
+    begin = np.cumsum([0, *(len(s.frusta) for s in reversed(solids))])
     tip, axis = np.ascontiguousarray(tip, dtype=float), np.ascontiguousarray(axis, dtype=float)
 
     def tested(at: int) -> BoolArray:
         some = slice(at, at + CHUNK)
-        return np.asarray(test(rows[some], tip[some], axis[some], frusta, *obstacle))
+        return np.asarray(test(rows[some], tip[some], axis[some], frusta, begin, *obstacle))
 
     return np.concatenate(at_once([partial(tested, start) for start in range(0, len(tip), CHUNK)]))
 
@@ -278,15 +285,28 @@ def _set_slab(slabs: Array, row: int, first: int, triangles: Array, begin: int, 
 
 @compiled
 def _meets_all(
-    _rows: IntArray, tip: Array, axis: Array, frusta: Array, triangles: Array, nodes: Array, slabs: Array
+    _rows: IntArray,
+    tip: Array,
+    axis: Array,
+    frusta: Array,
+    begin: IntArray,
+    triangles: Array,
+    nodes: Array,
+    slabs: Array,
 ) -> BoolArray:
-    """Find which tools with tips, (m, 3) mm, and axes, (m, 3), meet a triangle; (m,)."""
+    """Find which tools with tips, (m, 3) mm, and axes, (m, 3), meet a triangle; (m,).
+
+    Solid by solid, as each rules out other parts of the tree.
+    """
     met = np.zeros(len(tip), dtype=np.bool_)
     polygon, cut = np.empty((CORNERS, 3)), np.empty((CORNERS, 3))
     stack = np.empty(STACK, dtype=np.int64)
-    for i in range(len(tip)):
-        place, along = (tip[i, 0], tip[i, 1], tip[i, 2]), (axis[i, 0], axis[i, 1], axis[i, 2])
-        met[i] = _meets(place, along, frusta, triangles, nodes, slabs, stack, polygon, cut)
+    for solid in range(len(begin) - 1):
+        own = frusta[begin[solid] : begin[solid + 1]]
+        for i in range(len(tip)):
+            if not met[i]:
+                place, along = (tip[i, 0], tip[i, 1], tip[i, 2]), (axis[i, 0], axis[i, 1], axis[i, 2])
+                met[i] = _meets(place, along, own, triangles, nodes, slabs, stack, polygon, cut)
     return met
 
 

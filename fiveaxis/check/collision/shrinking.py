@@ -130,6 +130,7 @@ def _meets_all(
     tip: Array,
     axis: Array,
     frusta: Array,
+    _begin: IntArray,
     low: Array,
     side: Array,
     cells: IntArray,

@@ -102,9 +102,11 @@ FEWEST, MOST = 8, 8_000_000
 # States of one compiled call, after which progress is reported and the search can be stopped: some 0.1 s.
 AT_ONCE = 20_000
 
-# Locations to each side of a refused one at which a mask is queried, too; above that share of locations it is
-# queried at all.
-QUERIED_BESIDE, MOST_QUERIED = 8, 0.25
+# Locations to each side of a refused one, and of a tight one, at which a mask is queried, too; above that
+# share of locations it is queried at all.
+QUERIED_BESIDE, BESIDE_TIGHT, MOST_QUERIED = 4, 2, 0.5
+# rad: a mask that refuses a posture so far from a path's is in its way.
+EDGE = np.radians(1.0)
 # Which postures, (m, 2) rad, at locations, (m,), a mask admits; (m,).
 Admits = Callable[[IntArray, Array], BoolArray]
 
@@ -138,7 +140,6 @@ class Resolution:
     backwards : whether a search everywhere begins at the last location: which states look cheap on the way
         depends on where it comes from
     by_other_price : whether a search everywhere is priced otherwise than what is minimised, for another start
-    queries_all : whether a mask is queried everywhere, not only where the cheapest path without it is refused
     """
 
     level: float
@@ -149,7 +150,6 @@ class Resolution:
     rows: int = 250
     backwards: bool = False
     by_other_price: bool = False
-    queries_all: bool = False
 
     @property
     def finer(self) -> tuple[Resolution, ...]:
@@ -167,6 +167,7 @@ def cheapest_path(
     known: Array | None = None,
     free: BoolArray | None = None,
     admits: Admits | None = None,
+    tight: BoolArray | None = None,
     cone_limit: ConeLimit | None = None,
     steps: Steps = uncounted,
 ) -> Array:
@@ -178,9 +179,10 @@ def cheapest_path(
     costs : of its n − 1 steps
     known : (n, 2), rad, chain order, a path to stay near (`Resolution.radius`); None for a search everywhere
     free : (n,), where the search may leave the known path; everywhere by default
-    admits : what a mask admits; where it refuses the known path, that counts as a broken bound. Without a
-        known path it is queried where the cheapest path without it is refused, and of all locations only if
-        that doesn't do
+    admits : what a mask admits; where it refuses the known path, that counts as a broken bound. It is queried
+        at the locations `tight`, (n,), and about those where the path that is found otherwise is refused, and
+        at all locations only if these are many
+    tight : where a mask is in the way, as far as is known; nowhere by default
     cone_limit : bounds near the singular direction
     steps : called with the locations done and their number
 
@@ -189,15 +191,15 @@ def cheapest_path(
     (m, 2), rad; m < n where no posture of location m was reached
     """
     free = np.ones(len(problem), dtype=bool) if known is None or free is None else free
-    # Away from what is in the way, a mask would be queried at thousands of postures for nothing. Near a known
-    # path it is queried at few, and what it refuses has to be seen.
-    queried = np.full(len(problem), resolution.queries_all or known is not None)
+    # Away from what is in the way, a mask would be queried at thousands of postures for nothing.
+    queried = np.zeros(len(problem), dtype=bool) if tight is None else widened(tight, BESIDE_TIGHT)
     while admits is not None and np.count_nonzero(queried) <= MOST_QUERIED * len(problem):
-        found = _cheapest_path(problem, costs, resolution, known, free, admits, cone_limit, steps, queried)
+        asked = queried & free
+        found = _cheapest_path(problem, costs, resolution, known, free, admits, cone_limit, steps, asked)
         if len(found) < len(problem):
             break
         turned = np.diff(found, axis=0, prepend=found[:1])
-        refused = ~queried & ~_admitted_ways(np.arange(len(found)), found, turned, admits)
+        refused = free & ~queried & ~_admitted_ways(np.arange(len(found)), found, turned, admits)
         if not refused.any():
             return found
         queried |= widened(refused, QUERIED_BESIDE)
@@ -361,6 +363,14 @@ def _admitted_ways(rows: IntArray, rotary: Array, turned: Array, admits: Admits)
     return stays
 
 
+def in_the_way(path: Array, admits: Admits) -> BoolArray:
+    """Find where a mask refuses the postures of a path, (n, 2) rad, or those beside them; (n,)."""
+    beside = EDGE * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
+    tried = (path[:, None] + beside).reshape(-1, 2)
+    admitted = admits(np.repeat(np.arange(len(path)), len(beside)), tried)
+    return np.asarray(~admitted.reshape(len(path), -1).all(axis=1))
+
+
 def widened(marked: BoolArray, reach: int) -> BoolArray:
     """Mark all locations, (n,), that are at most so many away from a marked one."""
     count = np.cumsum(np.pad(marked.astype(np.int64), (reach + 1, reach)))
@@ -372,6 +382,7 @@ def path_anywhere(
     costs: BlockCosts,
     resolution: Resolution,
     admits: Admits | None = None,
+    tight: BoolArray | None = None,
     cone_limit: ConeLimit | None = None,
     steps: Steps = uncounted,
 ) -> Array:
@@ -379,7 +390,7 @@ def path_anywhere(
 
     Parameters
     ----------
-    problem, costs, admits, cone_limit, steps : as for `cheapest_path`
+    problem, costs, admits, tight, cone_limit, steps : as for `cheapest_path`
 
     Returns
     -------
@@ -388,10 +399,13 @@ def path_anywhere(
     if resolution.backwards:
         problem, costs = problem.backwards(), costs.backwards()
         cone_limit = None if cone_limit is None else cone_limit.backwards()
+        tight = None if tight is None else tight[::-1]
         given, last = admits, len(problem) - 1
         admits = None if given is None else lambda rows, rotary: given(last - rows, rotary)
     for finer in (resolution, *resolution.finer):
-        found = cheapest_path(problem, costs, finer, admits=admits, cone_limit=cone_limit, steps=steps)
+        found = cheapest_path(
+            problem, costs, finer, admits=admits, tight=tight, cone_limit=cone_limit, steps=steps
+        )
         if len(found) == len(problem):
             return _begun_near_zero(problem, found[::-1]) if resolution.backwards else found
     return found

@@ -320,12 +320,15 @@ class Delivery:
         self.stages += [stage for part in parts for stage in part.stages]
         return answers
 
-    def _candidate(self, resolution: Resolution, known: Array | None = None) -> Candidate | None:
+    def _candidate(
+        self, resolution: Resolution, known: Array | None = None, queries_all: bool = False
+    ) -> Candidate | None:
         """Search all postures on some of the locations, and refine what is found there; None for no path.
 
         Parameters
         ----------
         known : (n, 2), rad, at the given locations, to refine instead of a search
+        queries_all : whether the mask is queried everywhere
         """
         self._steps(0, 1)
         # A program that is revised in its own lines gets no further ones for the search.
@@ -340,14 +343,14 @@ class Delivery:
             if known is not None:
                 return interpolate(known, few.location)
             prices = self._costs(instance, other=True).thinned(rows) if resolution.by_other_price else costs
-            return self.near.found_anywhere(few, prices, resolution, self._steps)
+            return self.near.found_anywhere(few, prices, resolution, self._steps, queries_all)
 
         name = "path to begin with" if known is not None else "search of all postures"
         found = self._candidate_of(search, name, instance, few, costs)
-        if found is None or not found.rank[0] or known is not None or resolution.queries_all:
+        if found is None or not found.rank[0] or known is not None or queries_all:
             return found
         # What was found past the mask in places leaves no way within it there.
-        again = self._candidate(replace(resolution, queries_all=True))
+        again = self._candidate(resolution, queries_all=True)
         return min((one for one in (found, again) if one), key=rank)
 
     def _candidate_of(

@@ -14,11 +14,19 @@ from itertools import pairwise
 import numpy as np
 
 from fiveaxis.base import Array, BoolArray, IntArray, Steps, normalise, perpendicular, product
-from fiveaxis.model import INSIDE_OF, TURN, BlockCosts, TiltBounds, tool_axes
+from fiveaxis.model import INSIDE_OF, TURN, BlockCosts, TiltBounds, interpolate, tool_axes
 from fiveaxis.posture.local.optima import refine
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.search.successors import ConeLimit, Resolution, cheapest_path, path_anywhere, widened
+from fiveaxis.posture.search.successors import (
+    Admits,
+    ConeLimit,
+    Resolution,
+    cheapest_path,
+    in_the_way,
+    path_anywhere,
+    widened,
+)
 from fiveaxis.posture.strategy.effort import DEGREE, Effort
 from fiveaxis.posture.strategy.program_path import Instance
 from fiveaxis.posture.strategy.singular import Cone, bounded_within, turning_within
@@ -73,11 +81,13 @@ class Near:
     effort : with the solver and its last barrier
     cone : in which the first rotary axis is bounded; None without one
     mask : that postures have to pass; None without one
+    begun : (n, 2), rad, chain order, the path to begin with, at the given locations
     """
 
     effort: Effort
     cone: Cone | None
     mask: Mask | None
+    begun: Array
 
     def refined(self, instance: Instance, problem: Problem, start: Array, rough: bool = False) -> Array:
         """Solve a problem, which has other prices than `instance`, near a start, (n, 2) rad.
@@ -123,18 +133,38 @@ class Near:
         """Search a corridor about a start, (n, 2) rad, where that is free to change."""
         mask = self._along(instance)
         admits = None if mask is None else mask.admits
+        tight = None if admits is None else self._tight(instance, admits) | in_the_way(start, admits)
         cone_limit = self._cone_limit(instance)
-        found = cheapest_path(instance.problem, costs, resolution, start, free, admits, cone_limit, steps)
+        found = cheapest_path(
+            instance.problem, costs, resolution, start, free, admits, tight, cone_limit, steps
+        )
         return found if len(found) == len(start) else start
 
     def found_anywhere(
-        self, instance: Instance, costs: BlockCosts, resolution: Resolution, steps: Steps
+        self,
+        instance: Instance,
+        costs: BlockCosts,
+        resolution: Resolution,
+        steps: Steps,
+        queries_all: bool = False,
     ) -> Array | None:
-        """Search the whole range of postures; (n, 2) rad, None where no sequence of them was found."""
-        mask = self._along(instance)
+        """Search the whole range of postures; (n, 2) rad, None where no sequence of them was found.
+
+        Parameters
+        ----------
+        queries_all : whether the mask is queried everywhere, not only where it is in the way
+        """
+        mask, tight = self._along(instance), None
         rough = None if mask is None else mask.roughly_admits
-        found = path_anywhere(instance.problem, costs, resolution, rough, self._cone_limit(instance), steps)
+        if rough is not None:
+            tight = np.ones(len(instance.path), dtype=bool) if queries_all else self._tight(instance, rough)
+        cone_limit = self._cone_limit(instance)
+        found = path_anywhere(instance.problem, costs, resolution, rough, tight, cone_limit, steps)
         return found if len(found) == len(instance.problem) else None
+
+    def _tight(self, instance: Instance, admits: Admits) -> BoolArray:
+        """Find where the mask is in the way of the path to begin with, (n,): so it will be of others."""
+        return in_the_way(interpolate(self.begun, instance.location), admits)
 
     def refused(self, instance: Instance, rotary: Array) -> BoolArray:
         """Find the postures, (n, 2) rad, that the mask refuses; (n,)."""

@@ -12,6 +12,7 @@ from support.quick_optimiser import tilt_bounds
 from support.sampled_surfaces import SHAPES, cone, sampled, turned
 
 import fiveaxis as fx
+from fiveaxis.base import angle_between
 from fiveaxis.cam import plan_contour
 from fiveaxis.model import BlockCosts, Limits, Toolpath, block_costs, feed_times, standing_speeds, tool_axes
 from fiveaxis.posture.problem import ALLOWED, Problem
@@ -120,6 +121,28 @@ def test_where_a_search_is_not_free_the_path_stays(hayashi):
     free[[0, 10, 11, 12, 40]] = False
     path = cheapest_path(problem, costs, NEAR, known, free)
     np.testing.assert_array_equal(path[~free], known[~free])
+
+
+@pytest.mark.parametrize("told", [False, True])
+def test_a_mask_is_queried_where_it_is_in_the_way_and_the_path_passes_it_everywhere(hayashi, told):
+    problem, costs = problem_of(sampled(SHAPES["wave"], 80, rings=1), hayashi)
+    rows = np.arange(len(problem))
+    axes = tool_axes(hayashi, cheapest_path(problem, costs, ANYWHERE))
+    queries = np.zeros(len(problem), dtype=int)
+
+    def admits(at: np.ndarray, rotary: np.ndarray) -> np.ndarray:
+        np.add.at(queries, at, 1)
+        return (at < 40) | (at > 43) | (angle_between(tool_axes(hayashi, rotary), axes[at]) > 3.0 * DEGREE)
+
+    tight = (rows >= 40) & (rows <= 43) if told else None
+    kept = cheapest_path(problem, costs, ANYWHERE, admits=admits, tight=tight)
+    away, known = (rows < 30) | (rows > 53), queries.copy()
+    assert admits(rows, kept).all()
+    # There the path alone is queried, and halfway to its postures, once for each search.
+    assert known[away].max() <= 3 * (1 if told else 2)
+    assert known[40:44].min() > 50
+    everywhere = cheapest_path(problem, costs, ANYWHERE, admits=admits, tight=rows >= 0)
+    assert priced(problem, costs, kept) <= 1.01 * priced(problem, costs, everywhere)
 
 
 def test_a_path_that_breaks_a_bound_is_left(hayashi):
