@@ -201,12 +201,12 @@ class Delivery:
             return self._final(here if found is None or not here.broken else self.priced(found))
         if self.at_knots:
             # It was solved at its knots until nothing more was saved; in between once is enough.
-            here = min(self._rounds(here.denser, here.filled, self._sharpness[-1:], 1), here, key=rank)
+            here = min(self._rounds(here, self._sharpness[-1:], 1), here, key=rank)
             if not here.broken:
                 return self._final(here)
         if everywhere:
             return self._by_search(here)
-        return self._final(min(self._improved(here.denser, here.filled), here, key=rank))
+        return self._final(min(self._improved(here), here, key=rank))
 
     def _instance(self, location: Array, path: Toolpath | None = None) -> Instance:
         """Make the problem of a path with inserted locations, by their fractional indices."""
@@ -248,7 +248,8 @@ class Delivery:
                     replace(one, by_other_price=True) for one in resolutions if not one.by_other_price
                 )
             seeds = [partial(Delivery._candidate, resolution=one) for one in resolutions]
-            seeds.append(partial(Delivery._candidate, resolution=resolutions[0], known=start.rotary))
+            if not start.refused.any():
+                seeds.append(partial(Delivery._candidate, resolution=resolutions[0], known=start.rotary))
             candidates = sorted((one for one in own._at_once(seeds) if one), key=rank)
             tasks = [partial(Delivery._refined, candidate=one) for one in candidates[: effort.whole]]
             begun = own._at_once(tasks)
@@ -257,17 +258,17 @@ class Delivery:
                 first = min(begun, key=lambda one: (np.floor(one.broken), one.cost))
                 # Of programs that cost the same one that was refined stays.
                 best = min(
-                    own._improved(first.denser, first.filled, own._sharpness[1:] or own._sharpness),
+                    own._improved(first, own._sharpness[1:] or own._sharpness),
                     first,
                     best,
                     key=rank,
                 )
             if best is start or best.broken:
-                best = min(own._improved(start.denser, start.filled), best, key=rank)
+                best = min(own._improved(start), best, key=rank)
             found = [best]
             for corridor in effort.corridors:
                 near = own._corridor(best, corridor)
-                found.append(min(near, own._rounds(near.denser, near.filled, own._sharpness[-1:]), key=rank))
+                found.append(min(near, own._rounds(near, own._sharpness[-1:]), key=rank))
                 best = min(best, found[-1], key=rank)
             found = [self._final(min(self._bare(one), one, key=rank)) for one in found]
             steadiest = self._steadied(found, steadiest)
@@ -387,23 +388,23 @@ class Delivery:
             near = self._candidate_of(search, "search about it", candidate.instance, few, costs)
             candidate = min((one for one in (near, candidate) if one), key=rank)
         here = self.priced(candidate.rotary, candidate.instance)
-        return self._rounds(here.denser, here.filled, self._sharpness[:1], 1)
+        return self._rounds(here, self._sharpness[:1], 1)
 
-    def _improved(self, instance: Instance, rotary: Array, sharpness: Sequence[float] = ()) -> Delivered:
-        """Refine a path, (n, 2) rad, for its program, and cure what it breaks between its locations."""
-        best = self._rounds(instance, rotary, sharpness or self._sharpness)
+    def _improved(self, start: Delivered, sharpness: Sequence[float] = ()) -> Delivered:
+        """Refine a program's path, and cure what it breaks between its locations."""
+        best = self._rounds(start, sharpness or self._sharpness)
         if not best.broken:
             return best
         cured = self._cured(best, CURING)
-        return min(cured, self._rounds(cured.denser, cured.filled, self._sharpness[-1:]), key=rank)
+        return min(cured, self._rounds(cured, self._sharpness[-1:]), key=rank)
 
-    def _rounds(
-        self, instance: Instance, rotary: Array, sharpness: Sequence[float], most: int = MOST_ROUNDS
-    ) -> Delivered:
+    def _rounds(self, start: Delivered, sharpness: Sequence[float], most: int = MOST_ROUNDS) -> Delivered:
         """Refine by prices of blocks that are sharper from round to round, until nothing more is saved.
 
-        What a round finds may need further locations: the next one solves them, too.
+        What a round finds may need further locations: the next one solves them, too. Within a mask each takes
+        many queries, so there the first one has to save something over the start.
         """
+        instance, rotary = start.denser, start.filled
         here: Delivered | None = None
         tried: list[Delivered] = []
         for number in range(most):
@@ -424,7 +425,8 @@ class Delivery:
             self.stages.append(
                 SolverStep(f"program, round {number + 1}", self._status(here), 0, was, here.cost)
             )
-            saves = not tried or (here.broken, (1.0 + WORTHWHILE) * here.cost) < min(map(rank, tried))
+            known = tried or [start] * bool(self.near.mask)
+            saves = not known or (here.broken, (1.0 + WORTHWHILE) * here.cost) < min(map(rank, known))
             tried.append(here)
             if (number + 1 >= len(sharpness) or self._is_flat) and not saves:
                 break
