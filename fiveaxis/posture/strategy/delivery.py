@@ -388,7 +388,7 @@ class Delivery:
             near = self._candidate_of(search, "search about it", candidate.instance, few, costs)
             candidate = min((one for one in (near, candidate) if one), key=rank)
         here = self.priced(candidate.rotary, candidate.instance)
-        return self._rounds(here, self._sharpness[:1], 1)
+        return self._rounds(here, self._sharpness[:1], 1, again=bool(self.near.mask))
 
     def _improved(self, start: Delivered, sharpness: Sequence[float] = ()) -> Delivered:
         """Refine a program's path, and cure what it breaks between its locations."""
@@ -398,11 +398,17 @@ class Delivery:
         cured = self._cured(best, CURING)
         return min(cured, self._rounds(cured, self._sharpness[-1:]), key=rank)
 
-    def _rounds(self, start: Delivered, sharpness: Sequence[float], most: int = MOST_ROUNDS) -> Delivered:
+    def _rounds(
+        self, start: Delivered, sharpness: Sequence[float], most: int = MOST_ROUNDS, again: bool = False
+    ) -> Delivered:
         """Refine by prices of blocks that are sharper from round to round, until nothing more is saved.
 
         What a round finds may need further locations: the next one solves them, too. Within a mask each takes
         many queries, so there the first one has to save something over the start.
+
+        Parameters
+        ----------
+        again : whether the result will be refined again, and may be rough
         """
         instance, rotary = start.denser, start.filled
         here: Delivered | None = None
@@ -415,7 +421,7 @@ class Delivery:
                 # Else turns crowd in ever shorter blocks.
                 most_turn = np.minimum(problem.max_turn, FARTHER * np.abs(np.diff(rotary, axis=0)) + LITTLE)
                 problem = self._at_times(replace(problem, max_turn=most_turn), rotary, here)
-            rough = number + 1 < len(sharpness)
+            rough = again or number + 1 < len(sharpness)
             path = self.options.checkpoint.found(partial(self.near.refined, instance, problem, rotary, rough))
             before, here = (
                 here,
