@@ -3,15 +3,29 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from fiveaxis.base import JOB, MACHINE_FILE, Array, Coordinates, Gap, risk
-from fiveaxis.check.verification.check_context import CheckContext
-from fiveaxis.check.verification.model import kinematics_name
-from fiveaxis.check.verification.report import Result, left_out, violated
-from fiveaxis.model import Band, across, dimensions, figure_findings, pivots_unknown
+from fiveaxis.base import JOB, MACHINE_FILE, Array, Coordinates, Gap, angle_between, risk
+from fiveaxis.check.verification.check_context import LEAN_BETWEEN, CheckContext
+from fiveaxis.check.verification.model import kinematics_name, tool_poses
+from fiveaxis.check.verification.report import Result, left_out, said, violated
+from fiveaxis.model import (
+    Band,
+    TiltBounds,
+    across,
+    dimensions,
+    divided_rows,
+    figure_findings,
+    interpolate,
+    pivots_unknown,
+    turned,
+)
+
+# rad: by how much tool axis and surface may turn, together, between two places at which the lean is looked
+# at; and into how many parts a move is divided for it at most.
+BETWEEN, MOST_BETWEEN = math.radians(2.0), 400
 
 
 def check_figures(context: CheckContext, coordinates: Coordinates) -> Iterator[Result]:
@@ -197,6 +211,53 @@ def check_tilt(context: CheckContext) -> Result:
             for b, lost in zip(every, blind, strict=True)
             if lost
         ),
+    )
+
+
+def check_tilt_between(context: CheckContext, at: Callable[[Array], Array] | None = None) -> Result:
+    """Check the same angle within the moves of a cut, where it may be outside though both ends are inside.
+
+    Between two locations the direction that a bound refers to turns evenly, and all axes run linearly.
+
+    Parameters
+    ----------
+    at : computes the tool axes, (m, 3) unit vectors, at fractional rows, (m,)
+    """
+    bounds = context.constraints.leaning
+    if bounds is None:
+        return said("tilt")
+    turns = np.zeros(len(context.axis) - 1)
+    for direction in (context.axis, *(one.reference for one in bounds.all)):
+        turns += np.nan_to_num(angle_between(direction[1:], direction[:-1]))
+    parts = np.where(context.cutting[1:], np.ceil(turns / BETWEEN), 1.0)
+    row = divided_rows(np.clip(parts, 1.0, MOST_BETWEEN).astype(np.int64))
+    row = row[row != np.floor(row)]
+    at = at or (lambda row: tool_poses(context.machine, interpolate(context.positions, row))[1])
+    axis = at(row)
+    allowed = max(context.tolerances.lean, LEAN_BETWEEN)
+    rows: list[int] = []
+    values: list[float] = []
+    facts: list[tuple[float, TiltBounds]] = []
+    for one in bounds.all:
+        angles = angle_between(axis, turned(one.reference, row))
+        overrun = np.nan_to_num(np.maximum(angles - one.high, one.low - angles), nan=-np.inf)
+        for move in np.unique(np.floor(row[overrun > allowed]).astype(np.int64)):
+            inside = np.flatnonzero(np.floor(row) == move)
+            worst = inside[np.argmax(overrun[inside])]
+            rows.append(move + 1)
+            values.append(math.degrees(overrun[worst]))
+            facts.append((math.degrees(angles[worst]), one))
+
+    def message(i: int) -> str:
+        value, one = facts[i]
+        side, bound = ("above", one.high) if value > math.degrees(one.high) else ("below", one.low)
+        return (
+            f"within the move to this location the tool axis is at {value:.6g} deg to the {one.name}, {side} "
+            f"the bound {math.degrees(bound):g} deg; put locations closer together"
+        )
+
+    return violated(
+        code="tilt", rows=np.array(rows, dtype=np.int64), values=np.array(values), message=message
     )
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from fiveaxis.base import CREASE, JOB, SURFACE_TOLERANCE, Coordinates, Gap, SettingError, Unit, risk
+from fiveaxis.base import CREASE, JOB, SURFACE_TOLERANCE, Array, Coordinates, Gap, SettingError, Unit, risk
 from fiveaxis.cam import find_contacts
 from fiveaxis.check.collision.surroundings import Surroundings
 from fiveaxis.check.verification.check_context import (
@@ -18,11 +18,12 @@ from fiveaxis.check.verification.check_context import (
     Tolerances,
     make_context,
 )
-from fiveaxis.check.verification.checks import check_tilt
+from fiveaxis.check.verification.checks import check_tilt, check_tilt_between
 from fiveaxis.check.verification.feeds import check_feeds, check_feeds_along, check_stated_feeds
 from fiveaxis.check.verification.following import Match
+from fiveaxis.check.verification.model import tool_poses
 from fiveaxis.check.verification.report import Result, left_out
-from fiveaxis.model import Constraints, Machine, Motion, Tool, Toolpath, interpolate
+from fiveaxis.model import Constraints, Machine, Motion, Tool, Toolpath, interpolate, turned
 from fiveaxis.nc import ReadMotion, RequiredTechnology, TracedProgram
 
 if TYPE_CHECKING:
@@ -151,7 +152,9 @@ def check_program_feeds(context: CheckContext, rows: ProgramRows) -> Iterator[Re
         )
 
 
-def check_program_lean(context: CheckContext, rows: ProgramRows, part: trimesh.Trimesh | None) -> Result:
+def check_program_lean(
+    context: CheckContext, rows: ProgramRows, part: trimesh.Trimesh | None
+) -> Iterator[Result]:
     """Check the tool's lean where the directions that it refers to are known.
 
     These are the path's at its locations or, without a path, the normals of the part where the cutter touches
@@ -164,13 +167,15 @@ def check_program_lean(context: CheckContext, rows: ProgramRows, part: trimesh.T
     """
     given, match = rows.against.constraints, rows.match
     if not given.bounds_lean:
-        return check_tilt(context)
+        yield check_tilt(context)
+        return
     path, positions, at = context.toolpath, context.motion.positions, np.arange(len(context.positions))
     if match is not None:
         known = match.passed
         if not len(known):
             none = dict.fromkeys(("tilt_min_deg", "tilt_max_deg"))
-            return left_out("tilt", none, risk("lean: the program passes no location of the path"))
+            yield left_out("tilt", none, risk("lean: the program passes no location of the path"))
+            return
         path, at = match.path.at(known), match.row[known]
         # A program needs no block at every location; between blocks the axes are interpolated.
         positions = interpolate(positions, match.place[known])
@@ -189,5 +194,15 @@ def check_program_lean(context: CheckContext, rows: ProgramRows, part: trimesh.T
     motion = context.motion
     columns = ("feed", "time", "kind", "source")
     some = Motion(motion.letters, positions, *(getattr(motion, name)[at] for name in columns))
-    result = check_tilt(make_context(some, context.machine, path, applied, context.tolerances))
-    return replace(result, rows=at[result.rows])
+    there = make_context(some, context.machine, path, applied, context.tolerances)
+    results = [check_tilt(there)]
+    if match is not None:
+
+        def axes(row: Array) -> Array:
+            place = np.interp(row, np.arange(len(known)), match.place[known])
+            if rows.read.by_control:
+                return turned(context.axis, place)
+            return tool_poses(context.machine, interpolate(context.positions, place))[1]
+
+        results.append(check_tilt_between(there, axes))
+    yield from (replace(one, rows=at[one.rows]) for one in results)

@@ -25,6 +25,7 @@ from fiveaxis.check.verification.checks import (
     check_finite,
     check_limits,
     check_tilt,
+    check_tilt_between,
 )
 from fiveaxis.check.verification.collisions import check_collisions
 from fiveaxis.check.verification.feeds import check_cutter_speed, check_feeds, check_feeds_along
@@ -202,8 +203,10 @@ def _positions(e: Examination) -> Iterable[Result]:
 def _lean(e: Examination) -> Iterable[Result]:
     if e.rows is None:
         yield check_tilt(e.context)
+        if e.text is not None:  # the rows of a motion alone are no blocks yet
+            yield check_tilt_between(e.context)
     else:
-        yield check_program_lean(e.context, e.rows, e.surroundings.part)
+        yield from check_program_lean(e.context, e.rows, e.surroundings.part)
 
 
 def _turns(e: Examination) -> Iterable[Result]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fiveaxis.base import Array, BoolArray, IntArray
+from fiveaxis.base import Array, BoolArray, IntArray, angle_between
 from fiveaxis.model.kinematics.poses import tool_axes, tool_poses
 from fiveaxis.model.machine.model import Machine
 from fiveaxis.model.motion.deviation import (
@@ -31,6 +31,10 @@ from fiveaxis.model.toolpath.path import Toolpath
 LARGEST_TURN = math.radians(15.0)
 # Rounds of measuring and inserting; each divides a deviation by the square of the number of parts.
 MOST_ROUNDS = 12
+# rad: by how much the tool axis may be nearer to the normal between two locations than it is allowed at them.
+NEARER = math.radians(0.3)
+# 1 + cosine of opposite directions.
+TINY_ANGLE = 1e-9
 # Blocks that take a smaller share of their move aren't divided: where one still leaves the path, it jumps.
 LEAST_SHARE = 1e-6
 
@@ -45,18 +49,22 @@ class Filling:
     hold : letters of held rotary axes
     cone : rad, half angle about the singular direction that cuts keep out of
     max_turn : rad, of a rotary axis in a block that replaces several
+    least_tilt : rad, least angle between tool axis and surface normal; between two locations the axis mustn't
+        pass nearer
     """
 
     interpolation: Interpolation = Interpolation.JOINT
     hold: tuple[str, ...] = ()
     cone: float = 0.0
     max_turn: float = LARGEST_TURN
+    least_tilt: float = 0.0
 
     @classmethod
     def of(cls, constraints: Constraints, interpolation: Interpolation) -> Filling:
         """Take the bounds from a program's constraints."""
         turn = LARGEST_TURN if constraints.max_turn is None else min(constraints.max_turn, LARGEST_TURN)
-        return cls(interpolation, tuple(constraints.hold), constraints.singular_cone or 0.0, turn)
+        tilt = constraints.angles or (0.0, 0.0)
+        return cls(interpolation, tuple(constraints.hold), constraints.singular_cone or 0.0, turn, tilt[0])
 
     def fill(self, toolpath: Toolpath, machine: Machine, motion: Motion) -> Fill:
         """Insert the locations that keep the tool on its path; those inside rapid moves get no block.
@@ -68,7 +76,8 @@ class Filling:
         planes = AxisPlanes.of(toolpath, machine, rotary, hold=self.hold, cone=self.cone)
         if toolpath.slack is not None:
             planes = replace(planes, kept=np.zeros_like(planes.kept))
-        path, filled, row = fill_in(toolpath, machine, rotary, tcp=self._tcp, planes=planes)
+        least = self.least_tilt
+        path, filled, row = fill_in(toolpath, machine, rotary, tcp=self._tcp, planes=planes, least_tilt=least)
         if path is not toolpath:
             # Findings name given locations: an inserted one belongs to the move to the next of them.
             path = replace(path, numbers=toolpath.numbered[np.ceil(row).astype(np.int64)])
@@ -216,6 +225,7 @@ def fill_in(
     *,
     tcp: bool = False,
     planes: AxisPlanes | None = None,
+    least_tilt: float = 0.0,
 ) -> tuple[Toolpath, Motion, Array]:
     """Insert locations until joint interpolation keeps the tool on the path.
 
@@ -235,6 +245,8 @@ def fill_in(
     tcp : keep the tool's centre on the path under TCP interpolation too; rapid moves are then filled as well,
         as the control moves the tip straight in them (`inside_rapids`)
     planes : of the given path and angles, if known
+    least_tilt : rad, least angle between tool axis and normal: locations are so close in cuts that it isn't
+        passed by more than `NEARER` between two that keep it
 
     Returns
     -------
@@ -244,7 +256,11 @@ def fill_in(
     """
     planes = planes or AxisPlanes.of(toolpath, machine, rotary)
     path, angles, row = toolpath, rotary, np.arange(len(toolpath), dtype=float)
-    blocks = np.flatnonzero(np.ones(len(toolpath) - 1, dtype=bool) if tcp else ~toolpath.rapid[1:])
+    parts = _parts_past_normal(toolpath, planes.axes, least_tilt)
+    if parts.max(initial=1) > 1:
+        row = divided_rows(parts)
+        path, angles = filled(toolpath, row, planes.axes), planes.rotary_at(row)
+    blocks = np.flatnonzero(np.ones(len(path) - 1, dtype=bool) if tcp else ~path.rapid[1:])
     for _ in range(MOST_ROUNDS):
         allowed = tolerance if path.slack is None else np.maximum(path.slack[blocks + 1], tolerance)
         off = np.zeros((len(SHARES), len(blocks)))
@@ -340,6 +356,30 @@ def _with_straight_tips(path: Toolpath, tip: Array, row: Array, axes: Array) -> 
     pivot = path.pivot.copy()
     pivot[inside] = path.zone.pivot_of_tip(interpolate(tip, row[inside]), path.normal[inside], axes[inside])
     return replace(path, pivot=pivot)
+
+
+def _parts_past_normal(path: Toolpath, axes: Array, least: float) -> IntArray:
+    """Compute into how many parts cuts are divided, (n − 1,), in which the tool axis swings past the normal.
+
+    Seen from the normal the axis goes along an arc: with both ends of an arc s at the least angle d, it is
+    nearer in the middle by s²/8d at most.
+
+    Parameters
+    ----------
+    axes : (n, 3), unit vectors, of the tool
+    least : rad, d; 0 for none
+    """
+    parts = np.ones(len(path) - 1, dtype=np.int64)
+    if least <= 0.0 or not path.has_normals:
+        return parts
+    before, after, axis = path.normal[:-1], path.normal[1:], axes[1:]
+    # The later axis, turned with the normal back to the earlier one on the shortest way.
+    middle = before + after
+    cosine = 1.0 + np.einsum("ni,ni->n", before, after)
+    back = np.einsum("ni,ni->n", middle, axis) / np.where(cosine > TINY_ANGLE, cosine, np.inf)
+    seen = axis - back[:, None] * middle + 2.0 * np.einsum("ni,ni->n", after, axis)[:, None] * before
+    arc = np.where(path.cutting[1:], np.nan_to_num(angle_between(axes[:-1], seen)), 0.0)
+    return np.asarray(np.maximum(np.ceil(arc / math.sqrt(8.0 * least * NEARER)), 1.0).astype(np.int64))
 
 
 def _parts(off: Array) -> IntArray:
