@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fiveaxis.base import Array, BoolArray, IntArray, ToolpathError, normalise
+from fiveaxis.base import Array, BoolArray, IntArray, ToolpathError, angle_between, normalise
 from fiveaxis.model.toolpath.cutter import across
 from fiveaxis.model.toolpath.path import Toolpath
 
@@ -23,6 +23,8 @@ MOST_PARTS = 200_000
 MOST_IN_ALL = 10_000_000
 # mm: a length that is none.
 TINY = 1e-12
+# rad: an angle whose arc is its chord; from opposite directions, between which no way is the shortest.
+SMALL, OPPOSITE = 1e-6, 1e-9
 
 
 def divide(toolpath: Toolpath, parts: IntArray) -> Toolpath:
@@ -215,14 +217,17 @@ def knots(toolpath: Toolpath, apart: float, tilted: float, most: int) -> IntArra
 
 
 def turned(direction: Array, row: Array) -> Array:
-    """Interpolate directions, (n, 3), at fractional rows; NaN beside an unknown one and between opposites."""
-    blend = np.where(
-        (row == np.floor(row))[:, None],
-        direction[np.floor(row).astype(np.int64)],
-        interpolate(direction, row),
-    )
-    length = np.linalg.norm(blend, axis=1, keepdims=True)
-    return normalise(np.where(length > 1e-9, blend, np.nan))
+    """Turn directions, (n, 3), evenly at fractional rows; NaN beside an unknown one and between opposites."""
+    before = np.floor(row).astype(np.int64)
+    first, last, share = direction[before], direction[np.ceil(row).astype(np.int64)], row - before
+    angle = angle_between(first, last)
+    # By the sines of the parts of the angle, and by the parts where it is too small for that.
+    small = angle < SMALL
+    parts = np.stack([1.0 - share, share])
+    weights = np.where(small, parts, np.sin(parts * angle) / np.where(small, 1.0, np.sin(angle)))
+    blend = weights[0, :, None] * first + weights[1, :, None] * last
+    blend[angle > np.pi - OPPOSITE] = np.nan
+    return np.where((share == 0.0)[:, None], first, normalise(blend))
 
 
 def _turned_or_nearest(direction: Array, row: Array) -> Array:

@@ -9,7 +9,7 @@ from fiveaxis.base.errors import SettingError
 from fiveaxis.base.findings import Severity
 from fiveaxis.check import PathConstraints, Tolerances, verify
 from fiveaxis.check.verification.check_context import make_context
-from fiveaxis.check.verification.checks import check_tilt
+from fiveaxis.check.verification.checks import check_tilt, check_tilt_between
 from fiveaxis.check.verification.turns import check_block_turns
 from fiveaxis.model import Constraints, MoveKind, Tool, Toolpath, follow
 
@@ -177,3 +177,19 @@ def test_a_lean_may_be_off_by_more_where_no_posture_was_chosen(hayashi, row):
     motion = turning(path, hayashi, a=[0, 10.5, 0, 0])
     context = make_context(motion, hayashi, path, given, Tolerances(lean_between=np.radians(1.0)))
     assert check_tilt(context).rows.tolist() == ([] if row == 1 else [1])
+
+
+@pytest.mark.parametrize(("swing", "found"), [(20.0, True), (-20.0, False)])
+def test_a_lean_out_of_bounds_within_one_move_is_found_there(hayashi, swing, found):
+    """The tool stands still, and the surface swings past its axis: right at both ends."""
+    lean = np.radians([20.0, -swing])
+    normal = np.stack([np.sin(lean), np.zeros(2), np.cos(lean)], axis=1)
+    path = Toolpath.from_contacts(np.array([[0.0, 0, 0], [30.0, 0, 0]]), normal, Tool.ball(10.0))
+    given = PathConstraints.of(path, hayashi, Constraints.of_degrees(tilt=(15.0, 70.0)))
+    context = make_context(turning(path, hayashi), hayashi, path, given, Tolerances())
+    assert not len(check_tilt(context).rows)
+    result = check_tilt_between(context)
+    assert result.rows.tolist() == ([1] if found else [])
+    if found:
+        assert result.values[0] == pytest.approx(15.0, abs=0.01)
+        assert "below the bound 15 deg" in result.message(0)

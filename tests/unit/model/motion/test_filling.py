@@ -173,3 +173,27 @@ def test_a_move_over_a_posture_in_which_the_linear_axes_lie_in_one_plane_jumps()
     rotary = np.radians([[a, 0.0] for a in (80.0, 80.0, 100.0, 100.0)])[:, np.argsort(order)]
     fill = Filling().fill(path, machine, follow(path, machine, rotary))
     np.testing.assert_array_equal(fill.jumps, [1])
+
+
+def swinging(far: float, near: float) -> Toolpath:
+    """A long cut whose normal swings past an upright tool: far from it at both ends, near between them."""
+    lean, side = np.radians([-far, far]), np.radians(near)
+    normal = np.stack([np.sin(lean), np.cos(lean) * np.sin(side), np.cos(lean) * np.cos(side)], axis=1)
+    return Toolpath.from_contacts(np.array([[0.0, 0.0, 5.0], [40.0, 0.0, 5.0]]), normal, Tool.ball(6))
+
+
+@pytest.mark.parametrize("low", [5.0, 15.0, 40.0])
+@pytest.mark.parametrize("past", [0.2, 0.4, 1.0, 5.0])
+@pytest.mark.parametrize("swing", [25.0, 31.0, 38.0])
+def test_an_axis_that_passes_nearer_to_the_normal_than_it_may_is_seen_at_a_row(hayashi, low, past, swing):
+    path = swinging(low + swing, low - past)
+    row = fill_in(path, hayashi, np.zeros((2, 2)), least_tilt=np.radians(low))[2]
+    assert len(fill_in(path, hayashi, np.zeros((2, 2)))[2]) == 2
+
+    def least(rows: np.ndarray) -> float:
+        return float(np.degrees(np.arccos(turned(path.normal, rows)[:, 2])).min())
+
+    assert least(np.linspace(0.0, 1.0, 4001)) == pytest.approx(low - past, abs=0.01)
+    assert past < 0.35 or least(row) < low
+    # No more of them than are of use.
+    assert len(row) < 3 + 2.0 * (low + swing) / np.sqrt(8.0 * low * 0.3)

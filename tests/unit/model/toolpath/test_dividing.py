@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fiveaxis.base.errors import ToolpathError
-from fiveaxis.model import Tool, Toolpath, divided_rows, knots
+from fiveaxis.model import Tool, Toolpath, divided_rows, knots, turned
 from fiveaxis.model.toolpath.dividing import MOST_IN_ALL, MOST_PARTS, part_places
 
 
@@ -50,3 +50,24 @@ def test_links_and_changes_of_feed_are_knots():
     links = np.isin(np.arange(300), [100, 101])
     path = replace(path.with_links(links), feed=np.where(np.arange(300) < 200, 10.0, 20.0))
     assert set(knots(path, 0.01, 1e-3, 64)) >= {0, 99, 100, 101, 199, 299}
+
+
+@pytest.mark.parametrize("angle", [1e-9, 1e-5, 0.3, 1.5, 3.0])
+def test_directions_turn_by_the_share_of_their_angle(angle):
+    random = np.random.default_rng(3)
+    first, side = np.linalg.qr(random.normal(size=(3, 2)))[0].T
+    last = np.cos(angle) * first + np.sin(angle) * side
+    share = np.array([0.0, 0.1, 0.5, 0.75, 1.0])
+    found = turned(np.array([first, last]), share)
+    expected = np.outer(np.cos(share * angle), first) + np.outer(np.sin(share * angle), side)
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+    assert np.isnan(turned(np.array([first, -first]), share)[1:-1]).all()
+
+
+def test_a_direction_beside_an_unknown_one_is_unknown_and_itself_known():
+    directions = np.array([[0.0, 0.0, 1.0], [np.nan] * 3])
+    assert np.isfinite(turned(directions, np.array([0.0, 0.5, 1.0]))).all(axis=1).tolist() == [
+        True,
+        False,
+        False,
+    ]
