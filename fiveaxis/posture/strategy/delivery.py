@@ -136,7 +136,10 @@ class Delivery:
             self._pricing(number, 2 * len(solution.compared))
             baseline, energy = solution.compared[name], energies[name]
             motion = baseline.motion
-            if not self.admits(motion.positions[:, columns]):
+            rotary = motion.positions[:, columns]
+            # One that is cheaper than the result breaks bounds between its locations, if not at them.
+            cheaper = self.cost(energy) < best.cost
+            if not self.admits(rotary) or (cheaper and self.priced(rotary).broken):
                 note = "; ".join(filter(None, (baseline.note, "it breaks bounds that are asked for")))
                 baseline = replace(baseline, note=note, admitted=False)
             if location is not None:

@@ -9,7 +9,7 @@ from support.travel_optimiser import optimise
 
 from fiveaxis.base.errors import Infeasible, SettingError
 from fiveaxis.check import verify
-from fiveaxis.model import Tool, Toolpath, tool_axes
+from fiveaxis.model import Tool, Toolpath, tool_axes, turned
 from fiveaxis.posture.strategy.holding import free_angles, hold, is_holding
 
 
@@ -39,9 +39,22 @@ def cheapest_of_all(solution, choices):
         move[np.abs(step[..., problem.machine.rotary_columns]).max(axis=-1) > problem.max_turn[i - 1, 0]] = (
             np.inf
         )
+        move[_passes_normal(solution, i, options[i - 1], options[i])] = np.inf
         cost = (cost[:, None] + move).min(axis=0)
     assert np.isfinite(cost.min()), "no sequence of the choices is admissible"
     return cost.min()
+
+
+def _passes_normal(solution, row: int, before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """Tell between which postures the tool comes nearer to the turning normal than it may, (b, a)."""
+    least, machine = solution.tilt.low - np.radians(0.5), solution.machine
+    columns = machine.rotary_columns
+    nearer = np.zeros((len(before), len(after)), dtype=bool)
+    for share in np.linspace(0.0, 1.0, 9)[1:-1]:
+        normal = turned(solution.toolpath.normal, np.array([row - 1 + share]))[0]
+        rotary = (1.0 - share) * before[:, None, columns] + share * after[None, :, columns]
+        nearer |= np.arccos(tool_axes(machine, rotary.reshape(-1, 2)) @ normal).reshape(nearer.shape) < least
+    return nearer
 
 
 def test_one_held_axis_is_never_left(hayashi):
@@ -116,3 +129,12 @@ def test_a_window_narrower_than_the_first_states_of_a_search_is_found(hayashi, l
     solution = optimise(ring(40, 0.5), hayashi, lead=lead, lean=(19.0, 21.0), max_turn=30.0)
     assert max(solution.residuals().values()) <= 1e-9
     assert {"normal", "lead-lean"} <= set(solution.baselines)
+
+
+def test_a_baseline_that_passes_the_normal_between_locations_is_no_rival(hayashi):
+    solution = optimise(wave(), hayashi, tilt=(5, 50), plane=(0.0, 1.0, 0.0), max_turn=25.0)
+    fixed = solution.compared["fixed"]
+    rotary = fixed.motion.positions[fixed.motion.given][:, hayashi.rotary_columns]
+    assert (solution.tilt.at(solution.motion.given).admits(tool_axes(hayashi, rotary))).all()
+    assert fixed.energy.travel < solution.energy.travel
+    assert not fixed.admitted
