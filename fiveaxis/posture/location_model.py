@@ -76,12 +76,6 @@ class LocationModel:
         """(n, 6), pivot in mm and normal."""
         return np.hstack([self.locations.pivot, self.locations.normal])
 
-    def _arguments(self, rotary: Array, weights: Array) -> Array:
-        """Join what a tape takes, (n, 8 + w); `hstack` takes as long as a short path's tape."""
-        joined = np.empty((len(rotary), ARGUMENTS + weights.shape[1]))
-        joined[:, :ANGLES], joined[:, ANGLES:ARGUMENTS], joined[:, ARGUMENTS:] = rotary, self.given, weights
-        return joined
-
     def placed(self, rows: IntArray, rotary: Array) -> tuple[Array, Array]:
         """Solve axis values, (m, ..., k), and how far tool axes are out of bounds, as `Problem.placed`."""
         rotary = np.broadcast_to(rotary, (len(rows), *rotary.shape[1:]))
@@ -92,26 +86,6 @@ class LocationModel:
         positions, excess = np.empty((count, self.tapes.values.outputs - 3)), np.empty(count)
         place(self.locations, at, angles, positions, excess)
         return positions.reshape(*rotary.shape[:-1], positions.shape[1]), excess.reshape(rotary.shape[:-1])
-
-    def quantities(self, rotary: Array) -> Array:
-        """Compute axis values and tool axis of every location, (n, k + 3), for angles, (n, 2) rad."""
-        return self.tapes.values(self._arguments(rotary, rotary[:, :0]))
-
-    def derivatives(self, rotary: Array, weights: Array) -> tuple[Array, Array, Array]:
-        """Compute the quantities of every location and their derivatives by its angles, (n, 2) rad.
-
-        Parameters
-        ----------
-        weights : (n, k + 3), of the second derivatives
-
-        Returns
-        -------
-        The quantities; their slopes, (n, k + 3, 2); and 11, 12, 22 of the weighted sum, (n, 3)
-        """
-        found = self.tapes.derivatives(self._arguments(rotary, weights))
-        end = weights.shape[1]
-        slopes = found[:, end : 3 * end].reshape(len(found), end, ANGLES)
-        return found[:, :end], slopes, found[:, 3 * end :]
 
 
 @compiled

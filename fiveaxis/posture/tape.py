@@ -99,8 +99,12 @@ class Tape:
     def __call__(self, arguments: Array) -> Array:
         """Evaluate rows of arguments, (n, p) to (n, o)."""
         values = np.empty((len(arguments), self.outputs))
-        play(self.steps, self.constants, self.registers, np.ascontiguousarray(arguments), values)
+        self.evaluate(np.ascontiguousarray(arguments), values)
         return values
+
+    def evaluate(self, arguments: Array, values: Array) -> None:
+        """Evaluate rows of arguments, (n, p or more), into the first columns of values, (n, o or more)."""
+        play(self.steps, self.constants, self.registers, arguments, values)
 
 
 @compiled

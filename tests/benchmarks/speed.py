@@ -34,6 +34,7 @@ from fiveaxis.nc.languages.choice import KLARTEXT, SINUMERIK
 from fiveaxis.nc.source import Source
 from fiveaxis.posture import Options, optimise_postures
 from fiveaxis.posture.baselines.catalogue import find_baselines
+from fiveaxis.posture.local.rows import ChainModel, build_rows
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.turns.rewinding import insert_rewinds
 from fiveaxis.show import ReportDocument
@@ -72,15 +73,17 @@ def time_command(what: str, *words: str) -> None:
 
 def time_locations(vase: fx.Toolpath, machine: fx.Machine) -> None:
     """The locations' model, and how many times as long CasADi's own evaluator takes for the same."""
-    model = Problem.build(vase, machine, TILT.lean_bounds(vase)).model
+    problem = Problem.build(vase, machine, TILT.lean_bounds(vase))
+    rows = build_rows(problem)
+    model, chain = problem.model, ChainModel(rows)
     n, draw = len(vase), np.random.default_rng(0)
-    rotary, weights = draw.uniform(-1.0, 1.0, (n, 50, 2)), draw.normal(size=(n, len(machine.axes) + 3))
+    rotary, weights = draw.uniform(-1.0, 1.0, (n, 50, 2)), draw.normal(size=(n, rows.count))
     every, first = np.arange(n), rotary[:, 0]
     rate("axis values and leans, postures", 50 * n, lambda: model.placed(every, rotary))
-    rate("quantities and derivatives, locations", n, lambda: model.derivatives(first, weights))
+    rate("quantities and derivatives, locations", n, lambda: chain.derivatives(first, weights))
     mapped, given = model.tapes.function.map(n), np.hstack([first, model.given]).T
     taken = []
-    for evaluate in (lambda: model.quantities(first), lambda: mapped(given)):
+    for evaluate in (lambda: chain.values(first), lambda: mapped(given)):
         evaluate()  # compilers and caches
         before = time.process_time()
         for _ in range(50):

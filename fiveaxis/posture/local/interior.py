@@ -27,13 +27,6 @@ EXACT, FLAT = 1e-9, 0.1
 FILTER_MARGIN, ARMIJO = 1e-5, 1e-4
 SWITCH_OBJECTIVE, SWITCH_OFF = 2.3, 1.1
 MOST_HALVINGS = 25
-# Inertia: first shift of the diagonal (J/rad²), its growth and decay, and its limit.
-FIRST_SHIFT, GROWTH, DECAY, MOST_SHIFT = 0.1, 8.0, 3.0, 1e14
-# Least distance of a value from its bound, relative if the bound is above 1: a smaller one would be rounded
-# away, and is divided by.
-LEAST_ROOM = 1e-13
-# Duals stay within this factor of their value on the central path.
-DUAL_RANGE = 1e10
 # Bounded parts start this share of their range inside it.
 PUSH = 1e-2
 MOST_RESTARTS = 5
@@ -120,6 +113,8 @@ class _Method:
         self.point = kernel.Point(
             rows.first, rows.square, rows.begin, parts, state, value, multiplier, gradient, rows.unknowns
         )
+        # Of the step: unknowns, parts with duals, multipliers.
+        self.dx, self.change, self.new = np.zeros(start.size), np.zeros_like(state), np.zeros_like(multiplier)
         self._differentiate()
         self._clear_filter()
 
@@ -134,23 +129,20 @@ class _Method:
 
     def advance(self) -> bool:
         """Take one step; False if no step makes progress."""
-        step = self._direction()
-        if step is None:
-            return False
-        point, (dx, change, new) = self.point, step
+        point, dx, change, new = self.point, self.dx, self.change, self.new
         fraction = max(LEAST_FRACTION, 1.0 - self.mu)
-        alpha, dual, off, cost, gain = kernel.probe(self.mu, fraction, point, dx, change)
-        taken = self._search(dx, change, alpha, off, cost, gain)
+        found, self.shift, alpha, dual, off, cost, gain = kernel.direct(
+            self.mu, fraction, self.shift, self.curvature, self.free, point, dx, change, new
+        )
+        if not found:
+            return False
+        taken = self._search(alpha, off, cost, gain)
         if taken is None:
             self.restarts += 1
             point.state[:], point.multiplier[:] = central_point(self.rows, point.value, self.mu)
             self._clear_filter()
             return self.restarts <= MOST_RESTARTS
-        self.x += taken * dx.reshape(self.x.shape)
-        point.multiplier[:] += taken * new
-        point.state[0] += taken * change[0]
-        point.state[1:] += dual * change[1:]
-        kernel.keep_room(self.mu, LEAST_ROOM, DUAL_RANGE, point)
+        kernel.take(self.mu, taken, dual, point, self.x.ravel(), dx, change, new)
         self._differentiate()
         return True
 
@@ -166,52 +158,21 @@ class _Method:
             force = force + 2.0 * rows.square * point.value
         kernel.row_weights(rows.quantity, rows.coefficient, force, self.weights.ravel())
         quantities, slope, self.curvature = self.model.derivatives(self.x, self.weights)
-        self._evaluate(quantities, point.value)
-        kernel.row_gradients(rows.first, rows.quantity, rows.coefficient, slope, point.gradient)
+        kernel.differentiate(rows.quantity, rows.coefficient, quantities, slope, point)
 
     def _clear_filter(self) -> None:
-        point = self.point
-        off, _ = kernel.measure(self.mu, point, np.zeros_like(point.state[0]), 0.0, point.value)
+        off, _ = kernel.measure(self.mu, self.point, self.change, 0.0, self.point.value)
         self.first_off = max(1.0, off)
         self.filter: list[tuple[float, float]] = [(1e4 * self.first_off, -np.inf)]
 
-    def _direction(self) -> tuple[Array, Array, Array] | None:
-        """Solve the condensed system, its diagonal shifted until the step descends."""
-        point, count, d = self.point, self.x.size, self.rows.unknowns
-        band, right, dx = np.zeros((count, self.rows.span * d)), np.zeros(count), np.zeros(count)
-        for e in range(d):
-            for f in range(e + 1):
-                band[e::d, e - f] += self.curvature[:, e, f]
-        soft, answer = np.empty((2, point.parts.shape[1])), np.empty((2, len(point.first)))
-        kernel.assemble(self.mu, point, soft, answer, band, right)
-        if not self._solve(band, right, dx):
-            return None
-        change, new = np.zeros_like(point.state), np.zeros_like(point.multiplier)
-        kernel.recover(self.mu, point, soft, answer, dx, change, new)
-        return dx, change, new
-
-    def _solve(self, band: Array, right: Array, dx: Array) -> bool:
-        shift, last = 0.0, self.shift
-        while not kernel.solve_band(band, right, self.free, shift, dx):
-            if shift == 0.0:
-                shift = max(FIRST_SHIFT, last / DECAY)
-            else:
-                shift *= GROWTH if last > 0.0 else 100.0
-            if shift > MOST_SHIFT:
-                return False
-            self.shift = shift
-        return bool(np.isfinite(dx).all())
-
-    def _search(
-        self, dx: Array, change: Array, alpha: float, off: float, cost: float, gain: float
-    ) -> float | None:
+    def _search(self, alpha: float, off: float, cost: float, gain: float) -> float | None:
         """Shorten a step until the filter accepts it; None if it accepts none."""
-        point, moved = self.point, dx.reshape(self.x.shape)
+        point, moved = self.point, self.dx.reshape(self.x.shape)
         trial = np.empty_like(point.value)
         rounding = 10.0 * np.finfo(float).eps * abs(cost)
         for _ in range(MOST_HALVINGS):
             self._evaluate(self.model.values(self.x + alpha * moved), trial)
-            new_off, new_cost = kernel.measure(self.mu, point, change[0], alpha, trial)
+            new_off, new_cost = kernel.measure(self.mu, point, self.change, alpha, trial)
             switching = gain < 0.0 and alpha * (-gain) ** SWITCH_OBJECTIVE > off**SWITCH_OFF
             armijo = switching and off <= 1e-4 * self.first_off
             descends = new_cost - rounding <= cost + ARMIJO * alpha * gain

@@ -21,6 +21,13 @@ SMALL = 1e-200
 # Weight of the error of a priced row: an error there only changes the cost, while one in a row with bounds
 # alone breaks them.
 PRICED = 1e-3
+# Inertia: first shift of the diagonal (J/rad²), its growth and decay, and its limit.
+FIRST_SHIFT, GROWTH, DECAY, MOST_SHIFT = 0.1, 8.0, 3.0, 1e14
+# Least distance of a value from its bound, relative if the bound is above 1: a smaller one would be rounded
+# away, and is divided by.
+LEAST_ROOM = 1e-13
+# Duals stay within this factor of their value on the central path.
+DUAL_RANGE = 1e10
 
 
 class Point(NamedTuple):
@@ -67,22 +74,36 @@ def row_weights(quantity: IntArray, coefficient: Array, force: Array, weights: A
 
 
 @compiled
-def row_gradients(
-    first: IntArray, quantity: IntArray, coefficient: Array, slope: Array, gradient: Array
+def differentiate(
+    quantity: IntArray, coefficient: Array, quantities: Array, slope: Array, point: Point
 ) -> None:
-    """Differentiate rows by the unknowns of their windows, (r, span d), by the slopes of the quantities."""
+    """Evaluate rows and their derivatives by the unknowns of their windows at a point.
+
+    Parameters
+    ----------
+    quantity, coefficient : (r, z) each, of the rows (`rows.TermRows`)
+    quantities, slope : (n, m), and (n, m, d), their derivatives by the unknowns of their location
+    """
+    first, value, gradient = point.first, point.value, point.gradient
     m, d = slope.shape[1], slope.shape[2]
     for j in range(len(quantity)):
+        value[j] = 0.0
         for e in range(gradient.shape[1]):
             gradient[j, e] = 0.0
         for z in range(quantity.shape[1]):
-            if quantity[j, z] >= 0:
-                i, a = divmod(quantity[j, z], m)
-                for e in range(d):
-                    gradient[j, (i - first[j]) * d + e] += coefficient[j, z] * slope[i, a, e]
+            if quantity[j, z] < 0:
+                continue
+            # A window has few locations: to count on is quicker than to divide.
+            i = first[j]
+            while quantity[j, z] >= (i + 1) * m:
+                i += 1
+            a = quantity[j, z] - i * m
+            value[j] += coefficient[j, z] * quantities[i, a]
+            for e in range(d):
+                gradient[j, (i - first[j]) * d + e] += coefficient[j, z] * slope[i, a, e]
 
 
-@compiled
+@inner
 def assemble(mu: float, point: Point, soft: Array, answer: Array, band: Array, right: Array) -> None:
     """Eliminate parts and rows, and add the rows to the condensed system.
 
@@ -132,7 +153,7 @@ def assemble(mu: float, point: Point, soft: Array, answer: Array, band: Array, r
                 band[base + e, e - f] += g * gradient[j, f]
 
 
-@compiled
+@inner
 def recover(
     mu: float, point: Point, soft: Array, answer: Array, dx: Array, change: Array, new: Array
 ) -> None:
@@ -168,31 +189,40 @@ def recover(
 
 
 @compiled
-def keep_room(mu: float, least: float, spread: float, point: Point) -> None:
-    """Move values to at least a distance off bounds, and keep duals within a factor of the central path.
+def take(
+    mu: float, alpha: float, dual: float, point: Point, x: Array, dx: Array, change: Array, new: Array
+) -> None:
+    """Take a step: its share `alpha` of unknowns, values and multipliers, its share `dual` of the duals.
 
-    The distance is `least`, relative if the bound is above 1; the factor is `spread`.
+    Values stay at least `LEAST_ROOM` off bounds, and duals within `DUAL_RANGE` of the central path.
     """
-    parts, state = point.parts, point.state
+    parts, state, multiplier = point.parts, point.state, point.multiplier
+    for i in range(len(dx)):
+        x[i] += alpha * dx[i]
+    for j in range(len(new)):
+        multiplier[j] += alpha * new[j]
     for p in range(parts.shape[1]):
         low, high = parts[2, p], parts[3, p]
         if low == high:
             continue
+        state[0, p] += alpha * change[0, p]
         if low > -np.inf:
-            room = min(least * max(1.0, abs(low)), (high - low) / 4.0)
+            room = min(LEAST_ROOM * max(1.0, abs(low)), (high - low) / 4.0)
             state[0, p] = max(state[0, p], low + room)
         if high < np.inf:
-            room = min(least * max(1.0, abs(high)), (high - low) / 4.0)
+            room = min(LEAST_ROOM * max(1.0, abs(high)), (high - low) / 4.0)
             state[0, p] = min(state[0, p], high - room)
         if low > -np.inf:
             wanted = mu / (state[0, p] - low)
-            state[1, p] = min(max(state[1, p], wanted / spread), wanted * spread)
+            moved = state[1, p] + dual * change[1, p]
+            state[1, p] = min(max(moved, wanted / DUAL_RANGE), wanted * DUAL_RANGE)
         if high < np.inf:
             wanted = mu / (high - state[0, p])
-            state[2, p] = min(max(state[2, p], wanted / spread), wanted * spread)
+            moved = state[2, p] + dual * change[2, p]
+            state[2, p] = min(max(moved, wanted / DUAL_RANGE), wanted * DUAL_RANGE)
 
 
-@compiled
+@inner
 def solve_band(band: Array, right: Array, free: BoolArray, shift: float, dx: Array) -> bool:
     """Solve ``(H + shift) dx = −right`` by ``L D Lᵀ`` without pivoting.
 
@@ -256,7 +286,7 @@ def longest_steps(fraction: float, point: Point, change: Array) -> tuple[float, 
 
 
 @compiled
-def measure(mu: float, point: Point, dv: Array, alpha: float, value: Array) -> tuple[float, float]:
+def measure(mu: float, point: Point, change: Array, alpha: float, value: Array) -> tuple[float, float]:
     """Compute the sum of the errors of the equations, and the barrier objective (J), after a step."""
     square, begin, parts, v = point.square, point.begin, point.parts, point.state[0]
     off, cost, product = 0.0, 0.0, 1.0
@@ -266,7 +296,7 @@ def measure(mu: float, point: Point, dv: Array, alpha: float, value: Array) -> t
             continue
         rest = value[j]
         for p in range(begin[j], begin[j + 1]):
-            low, high, at = parts[2, p], parts[3, p], v[p] + alpha * dv[p]
+            low, high, at = parts[2, p], parts[3, p], v[p] + alpha * change[0, p]
             rest -= parts[0, p] * at
             if low == high:
                 continue
@@ -309,13 +339,56 @@ def gain(mu: float, point: Point, dx: Array, change: Array) -> float:
 
 
 @compiled
-def probe(
-    mu: float, fraction: float, point: Point, dx: Array, change: Array
-) -> tuple[float, float, float, float, float]:
-    """Compute `longest_steps`, `measure` of the point itself and `gain` in one call."""
+def direct(
+    mu: float,
+    fraction: float,
+    shift: float,
+    curvature: Array,
+    free: BoolArray,
+    point: Point,
+    dx: Array,
+    change: Array,
+    new: Array,
+) -> tuple[bool, float, float, float, float, float, float]:
+    """Find the step from a point by the condensed system, its diagonal shifted until the step descends.
+
+    Parameters
+    ----------
+    fraction : of its room that a value or dual may use
+    shift : J/rad², the last one; 0 for none
+    curvature : (n, d, d), second derivatives of the weighted quantities of each location
+    free : (n d,), see `solve_band`
+    dx, change, new : (n d,), (3, p) and (r,), steps of unknowns, of parts with duals, and of multipliers;
+        filled in
+
+    Returns
+    -------
+    Whether there is one; the shift; the longest steps of values and duals; `measure` of the point; and `gain`
+    """
+    d, last, tried = point.d, shift, 0.0
+    count, width = len(dx), point.gradient.shape[1]
+    band, right = np.zeros((count, width)), np.zeros(count)
+    for i in range(len(curvature)):
+        for e in range(d):
+            for f in range(e + 1):
+                band[i * d + e, e - f] = curvature[i, e, f]
+    soft, answer = np.empty((2, point.parts.shape[1])), np.empty((2, len(new)))
+    assemble(mu, point, soft, answer, band, right)
+    while not solve_band(band, right, free, tried, dx):
+        if tried == 0.0:
+            tried = max(FIRST_SHIFT, last / DECAY)
+        else:
+            tried *= GROWTH if last > 0.0 else 100.0
+        if tried > MOST_SHIFT:
+            return False, shift, 0.0, 0.0, 0.0, 0.0, 0.0
+        shift = tried
+    for i in range(count):
+        if not math.isfinite(dx[i]):
+            return False, shift, 0.0, 0.0, 0.0, 0.0, 0.0
+    recover(mu, point, soft, answer, dx, change, new)
     primal, dual = longest_steps(fraction, point, change)
-    off, cost = measure(mu, point, change[0], 0.0, point.value)
-    return primal, dual, off, cost, gain(mu, point, dx, change)
+    off, cost = measure(mu, point, change, 0.0, point.value)
+    return True, shift, primal, dual, off, cost, gain(mu, point, dx, change)
 
 
 @compiled

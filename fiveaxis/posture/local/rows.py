@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fiveaxis.base import Array, BoolArray, IntArray
-from fiveaxis.posture.location_model import ANGLES, LocationModel
+from fiveaxis.posture.location_model import ANGLES, ARGUMENTS, LocationModel
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.terms import OTHERS, Term
 
@@ -223,26 +223,34 @@ class ChainModel:
 
     rows: Rows
 
+    @cached_property
+    def _arguments(self) -> Array:
+        """(n, 8 + m − 1), what the tapes take: angles and weights are written over at each call."""
+        given = self.rows.model.given
+        return np.hstack([np.zeros((len(given), ANGLES)), given, np.zeros((len(given), self.rows.count - 1))])
+
     def values(self, x: Array) -> Array:
         """Compute the quantities."""
-        return self._with_wait(self.rows.model.quantities(x[:, :ANGLES]), x)
+        quantities = np.zeros((len(x), self.rows.count))
+        self._arguments[:, :ANGLES] = x[:, :ANGLES]
+        self.rows.model.tapes.values.evaluate(self._arguments, quantities)
+        if x.shape[1] > ANGLES:
+            quantities[:, -1] = x[:, ANGLES]
+        return quantities
 
     def derivatives(self, x: Array, weights: Array) -> tuple[Array, Array, Array]:
         """Compute the quantities and their derivatives, as `Model` says."""
         rows, (n, d), m = self.rows, x.shape, weights.shape[1]
-        quantities, slopes, bent = rows.model.derivatives(x[:, :ANGLES], weights[:, : m - 1])
-        slope, curvature = np.zeros((n, m, d)), np.zeros((n, d, d))
-        slope[:, : m - 1, :ANGLES] = slopes
-        slope[:, m - 1, ANGLES:] = 1.0
-        curvature[:, 0, 0], curvature[:, 1, 0], curvature[:, 1, 1] = bent.T
+        self._arguments[:, :ANGLES], self._arguments[:, ARGUMENTS:] = x[:, :ANGLES], weights[:, : m - 1]
+        # Each location's quantities, their slopes, and 11, 12, 22 of their weighted sum.
+        found = rows.model.tapes.derivatives(self._arguments)
+        quantities, slope, curvature = np.zeros((n, m)), np.zeros((n, m, d)), np.zeros((n, d, d))
+        quantities[:, : m - 1] = found[:, : m - 1]
+        slope[:, : m - 1, :ANGLES] = found[:, m - 1 : 3 * (m - 1)].reshape(n, m - 1, ANGLES)
+        curvature[:, 0, 0], curvature[:, 1, 0], curvature[:, 1, 1] = found[:, 3 * (m - 1) :].T
+        if d > ANGLES:
+            quantities[:, -1], slope[:, -1, ANGLES] = x[:, ANGLES], 1.0
         if not rows.free.all():
             slope *= rows.free[:, None, :]
             curvature *= rows.free[:, :, None] & rows.free[:, None, :]
-        return self._with_wait(quantities, x), slope, curvature
-
-    def _with_wait(self, quantities: Array, x: Array) -> Array:
-        both = np.zeros((len(x), quantities.shape[1] + 1))
-        both[:, :-1] = quantities
-        if x.shape[1] > ANGLES:
-            both[:, -1] = x[:, ANGLES]
-        return both
+        return quantities, slope, curvature
