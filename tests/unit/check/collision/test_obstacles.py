@@ -169,6 +169,21 @@ def test_a_grown_ball_is_a_larger_ball():
     assert not hit[away > 4.5 + 0.3].any()
 
 
+def test_a_mesh_is_the_obstacle_that_its_triangles_are_and_all_its_solids_count():
+    mesh = trimesh.creation.icosphere(radius=5.0)
+    thin, wide = (Solid(HOLDER, np.array([[low, 1.0, low + 10.0, 1.0]])) for low in (3.0, 20.0))
+    draw = np.random.default_rng(3)
+    tip, axis = draw.uniform(-20.0, 20.0, (2000, 3)), draw.normal(size=(2000, 3))
+    axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+    both = Obstacle.build("part", mesh, [thin, wide])
+    alone = [
+        _hits(Obstacle.build("part", np.asarray(mesh.triangles), [one]), tip, axis) for one in (thin, wide)
+    ]
+    assert min((~alone[0] & alone[1]).sum(), (alone[0] & ~alone[1]).sum()) > 10
+    assert np.array_equal(_hits(both, tip, axis), alone[0] | alone[1])
+    assert Obstacle.build("stock", mesh, [thin]).nodes is both.nodes
+
+
 def _nearest(points, a, b):
     edge = b - a
     share = np.clip((points - a) @ edge / (edge @ edge), 0.0, 1.0)
