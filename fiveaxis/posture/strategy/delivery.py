@@ -47,7 +47,7 @@ from fiveaxis.posture.strategy.turn_bounds import shared
 # Share of a step below which a turn counts as none when time is the objective, by round.
 SHARPNESS = (0.1, 0.03, 0.01, 0.01, 0.01)
 # A round that saves a smaller share is the last one.
-WORTHWHILE = 5e-3
+WORTHWHILE = 3e-3
 # Rounds of a refinement continue up to this many while they save something; searches of one corridor.
 MOST_ROUNDS, MOST_CURES = 12, 8
 # The corridor about a path that breaks a bound between its locations.

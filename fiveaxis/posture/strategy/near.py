@@ -34,7 +34,7 @@ from fiveaxis.posture.strategy.singular import Cone, bounded_within, turning_wit
 # First barrier parameter, J, near a path; IPOPT's iterations where a path is searched.
 BARRIER, WHOLE_ITERATIONS = 1e-2, 120
 # IPOPT's iterations near a path, and the structured method's last barrier parameter, J.
-ITERATIONS, LAST = 25, 1e-4
+ITERATIONS, LAST = 25, 3e-5
 # First and last barrier parameter, J, of a path that will be solved again, with other prices: it may go
 # farther from its start.
 ROUGH = 0.4, 5e-3
