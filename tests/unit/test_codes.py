@@ -12,7 +12,17 @@ from fiveaxis.base.findings import Severity
 
 PACKAGE = Path(__file__).parents[2] / "fiveaxis"
 # Rooms whose findings are about machine files or no findings at all.
-OTHER_ROOMS = {"machine", "energy", "report", "viewer", "cli", "codes.py", "calibration", "cutting", "surface"}
+OTHER_ROOMS = {
+    "machine",
+    "energy",
+    "report",
+    "viewer",
+    "cli",
+    "codes.py",
+    "calibration",
+    "cutting",
+    "surface",
+}
 # Words with hyphens that are no codes.
 OTHER_WORDS = {
     "as-programmed", "exact-path", "exact-stop", "hayashi-640123", "latin-1", "lead-lean",

@@ -28,6 +28,7 @@ from fiveaxis.model import (
     block_costs,
     feed_times,
     follow,
+    interpolate,
     lifting_costs,
     refined,
 )
@@ -46,8 +47,8 @@ from fiveaxis.posture.strategy.turn_bounds import shared
 
 # Share of a step below which a turn counts as none when time is the objective, by round.
 SHARPNESS = (0.1, 0.03, 0.01, 0.01, 0.01)
-# A round that saves a smaller share is the last one.
-WORTHWHILE = 3e-3
+# A round that saves a smaller share, and inserts no larger share of locations, is the last.
+WORTHWHILE, FEW = 2e-3, 1e-3
 # Rounds of a refinement continue up to this many while they save something; searches of one corridor.
 MOST_ROUNDS, MOST_CURES = 12, 8
 # The corridor about a path that breaks a bound between its locations.
@@ -203,12 +204,12 @@ class Delivery:
             return self._final(here if found is None or not here.broken else self.priced(found))
         if self.at_knots:
             # It was solved at its knots until nothing more was saved; in between once is enough.
-            here = self._rounds(here, self._sharpness[-1:], 1)
+            here = min(self._rounds(here, self._sharpness[-1:], 1), here, key=rank)
             if not here.broken:
                 return self._final(here)
         if everywhere:
             return self._by_search(here)
-        return self._final(self._improved(here, self._sharpness))
+        return self._final(min(self._improved(here), here, key=rank))
 
     def _instance(self, location: Array, path: Toolpath | None = None) -> Instance:
         """Make the problem of a path with inserted locations, by their fractional indices."""
@@ -250,6 +251,8 @@ class Delivery:
                     replace(one, by_other_price=True) for one in resolutions if not one.by_other_price
                 )
             seeds = [partial(Delivery._candidate, resolution=one) for one in resolutions]
+            if not start.refused.any():
+                seeds.append(partial(Delivery._candidate, resolution=resolutions[0], known=start.rotary))
             candidates = sorted((one for one in own._at_once(seeds) if one), key=rank)
             tasks = [partial(Delivery._refined, candidate=one) for one in candidates[: effort.whole]]
             begun = own._at_once(tasks)
@@ -257,12 +260,18 @@ class Delivery:
                 # What is a little out of bounds between locations comes back when these are solved, too.
                 first = min(begun, key=lambda one: (np.floor(one.broken), one.cost))
                 # Of programs that cost the same one that was refined stays.
-                best = min(own._improved(first, own._sharpness[1:] or own._sharpness), best, key=rank)
+                best = min(
+                    own._improved(first, own._sharpness[1:] or own._sharpness),
+                    first,
+                    best,
+                    key=rank,
+                )
             if best is start or best.broken:
-                best = min(own._improved(start, own._sharpness), best, key=rank)
+                best = min(own._improved(start), best, key=rank)
             found = [best]
             for corridor in effort.corridors:
-                found.append(own._rounds(own._corridor(best, corridor), own._sharpness[-1:]))
+                near = own._corridor(best, corridor)
+                found.append(min(near, own._rounds(near, own._sharpness[-1:]), key=rank))
                 best = min(best, found[-1], key=rank)
             found = [self._final(min(self._bare(one), one, key=rank)) for one in found]
             steadiest = self._steadied(found, steadiest)
@@ -315,11 +324,14 @@ class Delivery:
         self.stages += [stage for part in parts for stage in part.stages]
         return answers
 
-    def _candidate(self, resolution: Resolution, queries_all: bool = False) -> Candidate | None:
+    def _candidate(
+        self, resolution: Resolution, known: Array | None = None, queries_all: bool = False
+    ) -> Candidate | None:
         """Search all postures on some of the locations, and refine what is found there; None for no path.
 
         Parameters
         ----------
+        known : (n, 2), rad, at the given locations, to refine instead of a search
         queries_all : whether the mask is queried everywhere
         """
         self._steps(0, 1)
@@ -330,10 +342,16 @@ class Delivery:
         problem, bounds = instance.problem.thinned(rows), instance.bounds.at(rows)
         few = Instance(instance.path.at(rows), instance.location[rows], problem, bounds)
         costs = self._costs(instance).thinned(rows)
-        prices = self._costs(instance, other=True).thinned(rows) if resolution.by_other_price else costs
-        search = partial(self.near.found_anywhere, few, prices, resolution, self._steps, queries_all)
-        found = self._candidate_of(search, "search of all postures", instance, few, costs)
-        if found is None or not found.rank[0] or queries_all:
+
+        def search() -> Array | None:
+            if known is not None:
+                return interpolate(known, few.location)
+            prices = self._costs(instance, other=True).thinned(rows) if resolution.by_other_price else costs
+            return self.near.found_anywhere(few, prices, resolution, self._steps, queries_all)
+
+        name = "path to begin with" if known is not None else "search of all postures"
+        found = self._candidate_of(search, name, instance, few, costs)
+        if found is None or not found.rank[0] or known is not None or queries_all:
             return found
         # What was found past the mask in places leaves no way within it there.
         again = self._candidate(resolution, queries_all=True)
@@ -353,9 +371,8 @@ class Delivery:
             path = search()
             if path is None:
                 return None
-            for number, share in enumerate(self._sharpness, start=1):
-                rough = number < len(self._sharpness)
-                path = self._solved(few, self._local(few, path, share, costs), path, rough)
+            for share in self._sharpness:
+                path = self.near.refined(few, self._local(few, path, share, costs), path)
             return path
 
         path = self.options.checkpoint.found(found)
@@ -374,52 +391,56 @@ class Delivery:
             near = self._candidate_of(search, "search about it", candidate.instance, few, costs)
             candidate = min((one for one in (near, candidate) if one), key=rank)
         here = self.priced(candidate.rotary, candidate.instance)
-        return self._rounds(here, self._sharpness[:1], 1, rough=True)
+        return self._rounds(here, self._sharpness[:1], 1, again=bool(self.near.mask))
 
-    def _improved(self, program: Delivered, sharpness: Sequence[float]) -> Delivered:
-        """Refine a program, and cure what it breaks between its locations."""
-        best = self._rounds(program, sharpness)
-        return self._rounds(self._cured(best, CURING), self._sharpness[-1:]) if best.broken else best
+    def _improved(self, start: Delivered, sharpness: Sequence[float] = ()) -> Delivered:
+        """Refine a program's path, and cure what it breaks between its locations."""
+        best = self._rounds(start, sharpness or self._sharpness)
+        if not best.broken:
+            return best
+        cured = self._cured(best, CURING)
+        return min(cured, self._rounds(cured, self._sharpness[-1:]), key=rank)
 
     def _rounds(
-        self, program: Delivered, sharpness: Sequence[float], most: int = MOST_ROUNDS, *, rough: bool = False
+        self, start: Delivered, sharpness: Sequence[float], most: int = MOST_ROUNDS, again: bool = False
     ) -> Delivered:
         """Refine by prices of blocks that are sharper from round to round, until nothing more is saved.
 
-        What a round finds may need further locations: the next one solves them, too.
+        What a round finds may need further locations: the next one solves them, too. Within a mask each takes
+        many queries, so there the first one has to save something over the start.
 
         Parameters
         ----------
-        rough : whether the result of the last round will be solved again, too
-
-        Returns
-        -------
-        The best of the program and what the rounds found
+        again : whether the result will be refined again, and may be rough
         """
-        tried = [program]
+        instance, rotary = start.denser, start.filled
+        here: Delivered | None = None
+        tried: list[Delivered] = []
         for number in range(most):
             self.options.progress(STAGES["blocks"], number, most)
             share = sharpness[min(number, len(sharpness) - 1)]
-            before, instance, rotary = tried[-1], tried[-1].denser, tried[-1].filled
-            problem = self._local(instance, rotary, share, self._costs(instance, before if number else None))
-            if number:
+            problem = self._local(instance, rotary, share, self._costs(instance, here))
+            if here is not None:
                 # Else turns crowd in ever shorter blocks.
                 most_turn = np.minimum(problem.max_turn, FARTHER * np.abs(np.diff(rotary, axis=0)) + LITTLE)
-                problem = self._at_times(replace(problem, max_turn=most_turn), rotary, before)
-            solve = partial(self._solved, instance, problem, rotary, rough or number + 1 < len(sharpness))
-            solved = replace(problem, max_turn=instance.problem.max_turn)
-            here = self.priced(self.options.checkpoint.found(solve), instance, solved)
-            name = f"program, round {number + 1}"
-            self.stages.append(SolverStep(name, self._status(here), 0, before.cost, here.cost))
-            saves = (here.broken, (1.0 + WORTHWHILE) * here.cost) < min(map(rank, tried))
+                problem = self._at_times(replace(problem, max_turn=most_turn), rotary, here)
+            rough = again or number + 1 < len(sharpness)
+            path = self.options.checkpoint.found(partial(self.near.refined, instance, problem, rotary, rough))
+            before, here = (
+                here,
+                self.priced(path, instance, replace(problem, max_turn=instance.problem.max_turn)),
+            )
+            was = None if before is None else before.cost
+            self.stages.append(
+                SolverStep(f"program, round {number + 1}", self._status(here), 0, was, here.cost)
+            )
+            known = tried or [start] * bool(self.near.mask)
+            saves = not known or (here.broken, (1.0 + WORTHWHILE) * here.cost) < min(map(rank, known))
             tried.append(here)
             if (number + 1 >= len(sharpness) or self._is_flat) and not saves:
                 break
+            instance, rotary = here.denser, here.filled
         return min(tried, key=rank)
-
-    def _solved(self, instance: Instance, problem: Problem, rotary: Array, rough: bool) -> Array:
-        """Refine a path, (n, 2) rad; roughly where it will be solved again with other prices."""
-        return self.near.refined(instance, problem, rotary, rough and not self._is_flat)
 
     def _cured(self, here: Delivered, resolution: Resolution) -> Delivered:
         """Search a corridor about a program's postures, and again while that breaks a bound.

@@ -33,11 +33,9 @@ from fiveaxis.posture.strategy.singular import Cone, bounded_within, turning_wit
 
 # First barrier parameter, J, near a path; IPOPT's iterations where a path is searched.
 BARRIER, WHOLE_ITERATIONS = 1e-2, 120
-# IPOPT's iterations near a path, and the structured method's last barrier parameter, J.
-ITERATIONS, LAST = 25, 3e-5
-# First and last barrier parameter, J, of a path that will be solved again, with other prices: it may go
-# farther from its start.
-ROUGH = 0.4, 5e-3
+# IPOPT's iterations near a path, and the structured method's last barrier parameter, J; that of a path that
+# will be solved again, with other prices.
+ITERATIONS, LAST, ROUGH = 25, 1e-5, 5e-3
 # Steps that are solved at once; longer paths are solved in parts.
 PART = 30_000
 # Most single planes of a location; then up to three times three planes close around the admitted axis.
@@ -99,17 +97,14 @@ class Near:
         rough : whether the result will be solved again
         """
         problem = self._within_cone(instance, problem, start).eased(start)
-        barrier, last = ROUGH if rough else (BARRIER, LAST)
-        if self.mask:
-            # What goes far from its start is refused.
-            barrier = BARRIER
+        last = ROUGH if rough else LAST
 
         def solve(problem: Problem, start: Array, held: tuple[bool, bool]) -> Array:
             return refine(
                 problem,
                 start,
                 iterations=ITERATIONS,
-                barrier=barrier,
+                barrier=BARRIER,
                 held=held,
                 near=True,
                 last=last,
