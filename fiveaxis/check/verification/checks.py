@@ -257,7 +257,14 @@ def check_tilt_between(context: CheckContext, at: Callable[[Array], Array] | Non
         )
 
     return violated(
-        code="tilt", rows=np.array(rows, dtype=np.int64), values=np.array(values), message=message
+        code="tilt",
+        rows=np.array(rows, dtype=np.int64),
+        values=np.array(values),
+        message=message,
+        checked=tuple(
+            f"the angle to the {one.name} within moves, too, by at most {math.degrees(allowed):g} deg beyond"
+            for one in bounds.all
+        ),
     )
 
 

@@ -197,10 +197,10 @@ def test_one_location_costs_nothing_and_a_location_without_posture_has_no_finite
 
 
 @pytest.mark.slow
-def test_the_vase_is_proven_to_a_tenth(hayashi, vase):
-    bound = bound_travel(vase, hayashi, tilt_bounds(vase, (15, 75)), work=5e8)
-    # The best known path costs 7 424 J; sixteen times the work proves it to 8 %.
-    assert bound.gap(7424.0) < 0.095
+def test_the_vase_is_proven_to_eight_percent(hayashi, vase):
+    bound = bound_travel(vase, hayashi, tilt_bounds(vase, (15, 75)), work=8e9)
+    # The best known path costs 7 424 J.
+    assert bound.gap(7424.0) < 0.08
     assert bound.total < 7423.9
 
 
