@@ -6,10 +6,9 @@ import numpy as np
 
 from fiveaxis.base import Array, BoolArray, Gap, IntArray, Severity, risk
 from fiveaxis.check.verification.check_context import CheckContext
-from fiveaxis.check.verification.course import Course
-from fiveaxis.check.verification.following import Match, pivot_shares
+from fiveaxis.check.verification.following import NEXT, Match, passed_numbers, step_lengths
 from fiveaxis.check.verification.report import Result, left_out, violated
-from fiveaxis.model import MoveKind, Toolpath, interpolate
+from fiveaxis.model import MoveKind, interpolate
 
 # Allowed relative difference of a block's duration, and of the whole, from what the path's feed asks for.
 BLOCK, WHOLE = 0.1, 0.03
@@ -19,10 +18,6 @@ ENDS, MOMENT = 0.04, 2e-3
 WORDS = 2e-3
 # mm: shorter moves only turn.
 STANDSTILL = 1e-6
-# mm/rad: how much a turn counts beside the course of the tool's centre.
-TURN = 1e-3
-# A point this near to a row or a location, as a share of the move, is that row or location.
-NEXT = 1e-3
 
 
 def check_feeds(context: CheckContext) -> Result:
@@ -34,7 +29,7 @@ def check_feeds(context: CheckContext) -> Result:
     length = path.lengths
     if path.zone.offset:
         # In a link a pivot beside the tool's axis touches nothing.
-        length = np.where(path.kind == MoveKind.LINK, _steps(context.centre), length)
+        length = np.where(path.kind == MoveKind.LINK, step_lengths(context.centre), length)
     low = feed_durations(length, path.feed, context, context.positions)
     high = np.maximum(low, axis_durations(context, context.positions))
     rows = 1 + np.flatnonzero(~path.rapid[1:])
@@ -66,8 +61,7 @@ def check_feeds_along(context: CheckContext, match: Match, *, knows_axes: bool =
     at_feed = feed_durations(np.diff(along, prepend=along[:1]), feed, context, positions)
     limited = np.maximum(at_feed, axis_durations(context, positions))
     ends = np.arange(len(time), dtype=float)
-    steps = _steps(context.centre)
-    number = _passed_numbers(context, path, row, place, steps)
+    number = passed_numbers(context, match)
     every = np.arange(len(row), dtype=float)
     low, high = (np.diff(np.interp(number, every, np.cumsum(s)), prepend=0.0) for s in (at_feed, limited))
     last = np.ceil(number - NEXT).astype(np.int64)
@@ -78,55 +72,20 @@ def check_feeds_along(context: CheckContext, match: Match, *, knows_axes: bool =
     inside &= (others[last] == others[first]) & ~context.toolpath.rapid
     # A rewind within a cut is a link of the program alone, and the path asks nothing of it.
     inside &= context.toolpath.cutting | ~path.cutting[row][last]
-    by_tip, by_centre = _steps(context.tip) / feed[last], steps / feed[last]
+    by_tip, by_centre = step_lengths(context.tip) / feed[last], step_lengths(context.centre) / feed[last]
     by_axes = axis_durations(context, context.positions)
     if path.zone.offset:
         # In a link no normal tells where a pivot beside the tool's axis is: F counts along the tool itself.
         # Where a cut begins at one, nothing is known.
         links = ~path.cutting[row][last]
         points = context.tip, context.centre
-        own = [feed_durations(_steps(p), feed[last], context, context.positions) for p in points]
+        own = [feed_durations(step_lengths(p), feed[last], context, context.positions) for p in points]
         low, high = np.where(links, np.minimum(*own), low), np.where(links, np.maximum(*own), high)
         inside &= links | path.cutting[row][first]
     low, high = np.min([low, by_tip, by_centre], axis=0), np.max([high, by_tip, by_centre, by_axes], axis=0)
     rows = np.flatnonzero(inside)
     high = high if knows_axes else 2.0 * high
     return _compare(rows, time[rows], low[rows], high[rows], feed[last][rows])
-
-
-def _passed_numbers(
-    context: CheckContext, path: Toolpath, row: IntArray, place: Array, steps: Array
-) -> Array:
-    """Tell how many of the passed locations lie before the end of each row of a program, (n,), fractional.
-
-    Between two locations it is in proportion to the course of the tool's centre, or to its turn where it
-    stands; for a cutter whose pivot is off its axis, where the pivot is on its chord.
-
-    Parameters
-    ----------
-    row : (m,), locations that the program passes
-    place : (m,), fractional row of the program at each of them
-    steps : (n,), mm, course of the tool's centre in each row
-    """
-    ends, every = np.arange(len(steps), dtype=float), np.arange(len(row), dtype=float)
-    turns = context.steps[:, context.machine.rotary_columns].max(axis=1, initial=0.0)
-    course = np.cumsum(np.nan_to_num(steps + TURN * turns))
-    number = np.interp(course, np.interp(place, ends, course), every)
-    if not path.zone.offset:
-        return number
-    before = np.clip(np.searchsorted(place, ends, side="right") - 1, 0, len(row) - 2)
-    inner = (place[before] < ends) & (ends < place[before + 1]) & (row[before + 1] == row[before] + 1)
-    some = np.flatnonzero(inner)
-    gap, share = pivot_shares(
-        path, Course.of(path), row[before[some]], context.centre[some], context.axis[some]
-    )
-    number[some] = np.where(np.isfinite(gap), before[some] + share, number[some])
-    return number
-
-
-def _steps(points: Array) -> Array:
-    """Measure the step to each point, (n,) mm, from the one before."""
-    return np.asarray(np.linalg.norm(np.diff(points, axis=0, prepend=points[:1]), axis=1))
 
 
 def check_cutter_speed(context: CheckContext, known: BoolArray) -> Result:
@@ -140,11 +99,11 @@ def check_cutter_speed(context: CheckContext, known: BoolArray) -> Result:
     """
     path, programmed = context.toolpath, context.motion.feed * context.motion.time
     points = {"tool's centre": context.centre, "contact": path.contact}
-    steps = np.nan_to_num([_steps(point) for point in points.values()])
+    steps = np.nan_to_num([step_lengths(point) for point in points.values()])
     with np.errstate(divide="ignore", invalid="ignore"):
         share = steps.max(axis=0) / programmed - 1.0
     # Where the tip stands F counts degrees.
-    cuts = context.cutting & known & (_steps(context.tip) > STANDSTILL) & (programmed > 0.0)
+    cuts = context.cutting & known & (step_lengths(context.tip) > STANDSTILL) & (programmed > 0.0)
     fast = np.flatnonzero(cuts & (share > BLOCK) & (steps.max(axis=0) > programmed * (1.0 + BLOCK) + WORDS))
     worst = fast[np.argmax(share[fast])][None] if len(fast) else fast
 

@@ -34,6 +34,8 @@ FIRST_BLOCK = 64
 PLACES, ROUNDS = 17, 5
 # A point this near to the end of a block, as a share of it, is that end.
 NEXT = 1e-3
+# A turn of 1 rad where the tool's centre stands counts as this much of its course, mm.
+TURN = 1e-3
 # A program that passes none of the path's first locations, this many, follows another path.
 MOST_LOST = 20
 
@@ -418,3 +420,32 @@ def pivot_shares(
         width *= 2.0 / (PLACES - 1)
         begin = found - 0.5 * width
     return gap, found
+
+
+def passed_numbers(context: CheckContext, match: Match) -> Array:
+    """Tell how many of the passed locations lie before the end of each row of a program, (n,), fractional.
+
+    Between two locations it is in proportion to the course of the tool's centre, or to its turn where it
+    stands; for a cutter whose pivot is off its axis, where the pivot is on its chord.
+    """
+    path, row = match.path, match.passed
+    place, steps = match.place[row], step_lengths(context.centre)
+    ends, every = np.arange(len(steps), dtype=float), np.arange(len(row), dtype=float)
+    turns = context.steps[:, context.machine.rotary_columns].max(axis=1, initial=0.0)
+    course = np.cumsum(np.nan_to_num(steps + TURN * turns))
+    number = np.interp(course, np.interp(place, ends, course), every)
+    if not path.zone.offset:
+        return number
+    before = np.clip(np.searchsorted(place, ends, side="right") - 1, 0, len(row) - 2)
+    inner = (place[before] < ends) & (ends < place[before + 1]) & (row[before + 1] == row[before] + 1)
+    some = np.flatnonzero(inner)
+    gap, share = pivot_shares(
+        path, Course.of(path), row[before[some]], context.centre[some], context.axis[some]
+    )
+    number[some] = np.where(np.isfinite(gap), before[some] + share, number[some])
+    return number
+
+
+def step_lengths(points: Array) -> Array:
+    """Measure the step to each point, (n,) mm, from the one before."""
+    return np.asarray(np.linalg.norm(np.diff(points, axis=0, prepend=points[:1]), axis=1))

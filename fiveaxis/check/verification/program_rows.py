@@ -20,7 +20,7 @@ from fiveaxis.check.verification.check_context import (
 )
 from fiveaxis.check.verification.checks import check_tilt, check_tilt_between
 from fiveaxis.check.verification.feeds import check_feeds, check_feeds_along, check_stated_feeds
-from fiveaxis.check.verification.following import Match
+from fiveaxis.check.verification.following import Match, passed_numbers
 from fiveaxis.check.verification.model import tool_poses
 from fiveaxis.check.verification.report import Result, left_out
 from fiveaxis.model import Constraints, Machine, Motion, Tool, Toolpath, interpolate, turned
@@ -197,9 +197,13 @@ def check_program_lean(
     there = make_context(some, context.machine, path, applied, context.tolerances)
     results = [check_tilt(there)]
     if match is not None:
+        places = np.append(match.place[known], np.arange(len(context.positions), dtype=float))
+        numbers = np.append(np.arange(len(known), dtype=float), passed_numbers(context, match))
+        order = np.argsort(places, kind="stable")
+        places, numbers = places[order], np.maximum.accumulate(numbers[order])
 
         def axes(row: Array) -> Array:
-            place = np.interp(row, np.arange(len(known)), match.place[known])
+            place = np.interp(row, numbers, places)
             if rows.read.by_control:
                 return turned(context.axis, place)
             return tool_poses(context.machine, interpolate(context.positions, place))[1]
