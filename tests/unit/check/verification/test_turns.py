@@ -11,7 +11,9 @@ from fiveaxis.check import PathConstraints, Tolerances, verify
 from fiveaxis.check.verification.check_context import make_context
 from fiveaxis.check.verification.checks import check_tilt, check_tilt_between
 from fiveaxis.check.verification.turns import check_block_turns
-from fiveaxis.model import Constraints, MoveKind, Tool, Toolpath, follow
+from fiveaxis.job import verify_program
+from fiveaxis.model import Constraints, MoveKind, Tool, Toolpath, filled, follow, tool_axes
+from fiveaxis.nc import write_motion
 
 UP = [0.0, 0.0, 1.0]
 
@@ -193,3 +195,24 @@ def test_a_lean_out_of_bounds_within_one_move_is_found_there(hayashi, swing, fou
     if found:
         assert result.values[0] == pytest.approx(15.0, abs=0.01)
         assert "below the bound 15 deg" in result.message(0)
+
+
+@pytest.mark.parametrize("tool", [Tool.ball(10.0), Tool.bull(12.0, 3.0)], ids=str)
+@pytest.mark.parametrize("late", [False, True])
+def test_within_a_move_a_program_is_where_its_course_is_however_its_blocks_are_spaced(
+    hayashi, tmp_path, tool, late
+):
+    """The tool turns with the surface, which is 60 deg steeper at the end, or only after half of the move."""
+    rises = np.radians([-10.0, 50.0])
+    normal = np.stack([np.sin(rises), np.zeros(2), np.cos(rises)], axis=1)
+    path = Toolpath.from_contacts(np.array([[0.0, 0, 0], [30.0, 0, 0]]), normal, tool)
+    share = np.concatenate([np.linspace(0.0, 0.75, 16), np.linspace(0.75, 1.0, 150)[1:]])
+    turned = np.maximum(2.0 * share - 1.0, 0.0) if late else share
+    angles = np.radians(np.stack([np.full(len(share), -90.0), -10.0 - 60.0 * turned], axis=1))
+    axes = tool_axes(hayashi, angles[[0, -1]])
+    blocks = follow(filled(path, share, axes), hayashi, angles)
+    file = write_motion(blocks, tmp_path / "motion.csv", hayashi)
+    report = verify_program(file, hayashi, toolpath=path, tilt=(12.0, 28.0))
+    assert {f.code for f in report.findings if f.severity is Severity.ERROR} - {"jump"} == (
+        {"tilt"} if late else set()
+    )
