@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import hashlib
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache
-from typing import ParamSpec, TypeVar
+from pathlib import Path
+from types import FunctionType
+from typing import Any, ParamSpec, TypeVar
 
 import numba
+import numpy as np
+from numba.core.caching import CacheImpl, InTreeCacheLocator, UserProvidedCacheLocator, UserWideCacheLocator
 from numba.extending import register_jitable
 
 P = ParamSpec("P")
 T = TypeVar("T")
+_PACKAGE = __name__.partition(".")[0] + "."
 logger = logging.getLogger(__name__)
 
 # Instructions that every processor of an architecture has: digits are the same on all of them, and machine
@@ -51,6 +57,69 @@ def innermost(function: Callable[P, T]) -> Callable[P, T]:
     options = {"error_model": "numpy", "no_cfunc_wrapper": True, "_nrt": False}
     made: Callable[P, T] = register_jitable(**options)(function)
     return made
+
+
+class _MadeOfParts:
+    """Takes kept machine code only if all that it is made of is unchanged, also in other files.
+
+    numba looks at the file of the function alone, while the code holds its parts (`inner`) and constants.
+    """
+
+    def __init__(self, function: FunctionType, file: str) -> None:
+        super().__init__(function, file)  # type: ignore[call-arg]
+        self._function = function
+
+    @classmethod
+    def from_function(cls, function: FunctionType, file: str) -> Any:
+        """Return the place of a function's machine code; None for another package's."""
+        own = (function.__module__ or "").startswith(_PACKAGE)
+        return super().from_function(function, file) if own else None  # type: ignore[misc]
+
+    def get_source_stamp(self) -> bytes:
+        """Compute a digest of the files of a function and its parts, and of the constants that they name."""
+        found, made_of = [self._function], hashlib.sha256()
+        for function in found:
+            for value in _named(function):
+                if isinstance(value, FunctionType):
+                    if value.__module__.startswith(_PACKAGE) and value not in found:
+                        found.append(value)
+                elif isinstance(value, np.ndarray):
+                    made_of.update(value.tobytes())
+                elif isinstance(value, (int, float, tuple)):
+                    made_of.update(repr(value).encode())
+        for file in dict.fromkeys(part.__code__.co_filename for part in found):
+            made_of.update(_source(file))
+        return made_of.digest()
+
+
+class Provided(_MadeOfParts, UserProvidedCacheLocator):  # type: ignore[misc]
+    """Keeps machine code in the folder that NUMBA_CACHE_DIR names."""
+
+
+class Beside(_MadeOfParts, InTreeCacheLocator):  # type: ignore[misc]
+    """Keeps machine code beside the modules."""
+
+
+class OfUser(_MadeOfParts, UserWideCacheLocator):  # type: ignore[misc]
+    """Keeps machine code in the user's cache, where the package can't be written."""
+
+
+# Functions of other packages are kept where numba keeps them.
+if not numba.config.CACHE_LOCATOR_CLASSES:
+    own = [f"{__name__}.{place.__name__}" for place in (Provided, Beside, OfUser)]
+    numba.config.CACHE_LOCATOR_CLASSES = ",".join([*own, *(c.__name__ for c in CacheImpl._locator_classes)])
+
+
+@cache
+def _source(file: str) -> bytes:
+    return Path(file).read_bytes()
+
+
+def _named(function: FunctionType) -> Iterator[Any]:
+    """Yield what a function names of its module and was made about; of compiled functions the Python ones."""
+    about = [cell.cell_contents for cell in function.__closure__ or ()]
+    for value in (*(function.__globals__.get(name) for name in function.__code__.co_names), *about):
+        yield getattr(value, "py_func", value)
 
 
 def _kept(make: Callable[[bool], T]) -> T:

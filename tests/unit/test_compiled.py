@@ -46,6 +46,51 @@ def test_a_part_that_counts_no_references_may_be_the_first_to_call_a_loop_that_m
     assert loops.whole(3) == 2.0
 
 
+IN_FILES = """
+import importlib.util, sys
+for name in ("constant", "part", "whole"):
+    spec = importlib.util.spec_from_file_location("fiveaxis." + name, name + ".py")
+    module = sys.modules["fiveaxis." + name] = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+print(module.whole(1.0), sum(module.whole.stats.cache_hits.values()))
+"""
+FILES = {
+    "constant": "ADDED = 10.0",
+    "part": """
+from fiveaxis.base import inner
+from fiveaxis.constant import ADDED
+
+@inner
+def part(n):
+    return n + ADDED
+""",
+    "whole": """
+from fiveaxis.base import compiled
+from fiveaxis.part import part
+
+@compiled
+def whole(n):
+    return part(n)
+""",
+}
+
+
+def test_machine_code_is_made_anew_where_a_part_or_a_constant_in_another_file_changes(tmp_path):
+    def run(name, text):
+        (tmp_path / f"{name}.py").write_text(text)
+        env = os.environ | {"PYTHONDONTWRITEBYTECODE": "1"}
+        words = [sys.executable, "-c", IN_FILES]
+        done = subprocess.run(words, capture_output=True, text=True, cwd=tmp_path, env=env, check=True)
+        return done.stdout.split()
+
+    for name, text in FILES.items():
+        (tmp_path / f"{name}.py").write_text(text)
+    assert run("whole", FILES["whole"]) == ["11.0", "0"]
+    assert run("whole", FILES["whole"]) == ["11.0", "1"]
+    assert run("constant", "ADDED = 20.0") == ["21.0", "0"]
+    assert run("part", FILES["part"].replace("+", "-")) == ["-19.0", "0"]
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="there is no /proc")
 def test_without_a_folder_for_machine_code_it_is_compiled_anew_and_that_is_said_once(tmp_path):
