@@ -1,10 +1,11 @@
 """Print how far the results of equivalent problems lie apart: J by effort, and the spread of each shape.
 
-Usage: python tests/benchmarks/scatter.py [--effort quick,normal] [--locations 60] [SHAPE …]
+Usage: python tests/benchmarks/scatter.py [--effort quick,normal] [--locations 60] [--bound] [SHAPE …]
 
 The shapes of `tests/support/sampled_surfaces.py` (four passes each), and `dome-top` where ../shared is there.
 Each is solved as given, turned by 37, 101 and 200 deg about the table's axis, which has no limits, given
 at two times its locations, and backwards on a machine whose drives take as much power the other way round.
+With --bound each is solved as given alone, and what its lower bound leaves is printed beside its energy.
 """
 
 import argparse
@@ -38,10 +39,16 @@ def main() -> None:
     parser.add_argument("shapes", nargs="*")
     parser.add_argument("--effort", default="quick,normal")
     parser.add_argument("--locations", type=int, default=60)
+    parser.add_argument("--bound", action="store_true")
     given = parser.parse_args()
     for name in given.shapes or [*SHAPES, *(["dome-top"] if DATA.exists() else [])]:
         ways, bounds = problems(name, given.locations)
         for effort in given.effort.split(","):
+            if given.bound:
+                path, machine = ways["as given"]
+                found = fx.optimise(path, machine, effort=effort, bound=True, **bounds)
+                print(f"{name:9} {effort:8} {found.energy.total:.1f} J: {found.left}", flush=True)
+                continue
             costs = {
                 way: fx.optimise(path, machine, effort=effort, **bounds).energy.total
                 for way, (path, machine) in ways.items()
