@@ -15,7 +15,6 @@ from .mesh.cad.kernels import dot as dot
 from .mesh.cad.kernels import scratch as scratch
 from .mesh.cad.kernels import surface as surface
 from .mesh.cad.model import Model as Model
-from .mesh.cad.model import model_of as model_of
 from .mesh.cad.records import Surfaces as Surfaces
 from .mesh.cad.records import Triangles as Triangles
 from .mesh.distance import TriangleTree as TriangleTree
@@ -31,5 +30,6 @@ from .mesh.loading import read_solid as read_solid
 from .mesh.loading import require_solid as require_solid
 from .mesh.loading import size_findings as size_findings
 from .mesh.loading import size_text as size_text
+from .mesh.mesh import Mesh as Mesh
 from .mesh.surface import facet_normals as facet_normals
 from .mesh.surface import make_patches as make_patches

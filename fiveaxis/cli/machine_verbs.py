@@ -376,13 +376,13 @@ def _end(value: float | None) -> str:
 
 def print_faces(path: Path, tool: str | None, unit: Unit | None, body: str | None, *, as_json: bool) -> None:
     """Print the faces of a CAD file, and whether a ball is small enough for their hollows."""
-    from fiveaxis.cam import load_mesh, mesh_size, model_of, size_text, survey
+    from fiveaxis.cam import load_mesh, mesh_size, size_text, survey
     from fiveaxis.model import parse_tool
 
     radius = None if tool is None else parse_tool(tool).radius
     with shown_work(err, hidden=as_json):
         mesh = load_mesh(path, unit=unit, body=body, allow_open=True)
-        model = model_of(mesh)
+        model = mesh.model
         sheets = () if model is None else survey(model)
     size, bodies = mesh_size(mesh), {} if model is None else model.bodies
     if as_json:
@@ -390,7 +390,7 @@ def print_faces(path: Path, tool: str | None, unit: Unit | None, body: str | Non
             {
                 "part": str(path),
                 "size_mm": [round(float(extent), 6) for extent in size],
-                "closed": bool(mesh.is_watertight),
+                "closed": mesh.is_watertight,
                 "mesh_deviation_mm": None if model is None else round(model.deviation, 6),
                 "bodies": [{"number": number, "name": name} for number, name in bodies.items()],
                 "faces": [

@@ -27,7 +27,7 @@ from support.left_over_material import left_over
 
 import fiveaxis as fx
 from fiveaxis.base import angle_between
-from fiveaxis.cam import PlanOptions, load_mesh, model_of, path_quality, plan_passes
+from fiveaxis.cam import PlanOptions, load_mesh, path_quality, plan_passes
 
 MAKER = Path(__file__).parents[1] / "support/cad_parts.py"
 PROPELLER = Path(__file__).parents[3] / "shared/data/step/propeller_d.step"
@@ -57,7 +57,7 @@ CASES = (
 def measure(part: Path, faces: str | None, options: dict[str, object]) -> str:
     """Plan, measure, and write the row."""
     mesh = load_mesh(part)
-    exact = model_of(mesh)
+    exact = mesh.model
     assert exact is not None
     chosen = range(len(exact.faces)) if faces is None else [int(number) - 1 for number in faces.split(",")]
     begun = time.perf_counter()

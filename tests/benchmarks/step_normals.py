@@ -10,12 +10,13 @@ import time
 from pathlib import Path
 
 import numpy as np
+import trimesh
 from scipy.spatial import cKDTree
 
 import fiveaxis as fx
 from fiveaxis.base import angle_between, perpendicular
 from fiveaxis.base.errors import FiveAxisError
-from fiveaxis.cam import Model, load_mesh, model_of
+from fiveaxis.cam import Model, load_mesh
 from fiveaxis.model import tool_poses
 
 PART = Path(__file__).parents[3] / "shared/data/step/propeller_d.step"
@@ -74,7 +75,7 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="only plan")
     given = parser.parse_args()
     begun = time.perf_counter()
-    exact = model_of(load_mesh(PART))
+    exact = load_mesh(PART).model
     assert exact is not None
     print(f"{len(exact.faces)} faces read in {time.perf_counter() - begun:.1f} s; mesh within "
           f"{exact.deviation:.4f} mm")  # fmt: skip
@@ -86,7 +87,8 @@ def main() -> None:
         parts = {"STEP": PART}
         for tolerance in MESHES:
             parts[f"STL, {tolerance:g} mm"] = file = Path(folder) / f"{tolerance:g}.stl"
-            load_mesh(PART, mesh_tolerance=tolerance).export(file)
+            coarse = load_mesh(PART, mesh_tolerance=tolerance)
+            trimesh.Trimesh(coarse.vertices, coarse.faces).export(file)
         for name, part in parts.items():
             print(measure(name, part, exact, given.stepdown, optimise=not given.quick), flush=True)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024

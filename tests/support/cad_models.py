@@ -4,19 +4,17 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import trimesh
-
-from fiveaxis.cam import Model, load_mesh, model_of
+from fiveaxis.cam import Mesh, Model, load_mesh
 
 
 @cache
-def mesh(path: Path, **options: Any) -> trimesh.Trimesh:
+def mesh(path: Path, **options: Any) -> Mesh:
     """Read a file, closed or not, as a mesh that knows its exact surfaces."""
     return load_mesh(path, allow_open=True, **options)
 
 
 def model(path: Path, **options: Any) -> Model:
     """Read a file's exact surfaces, closed or not."""
-    found = model_of(mesh(path, **options))
+    found = mesh(path, **options).model
     assert found is not None
     return found

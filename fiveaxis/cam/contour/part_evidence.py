@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from fiveaxis.base import Finding, Severity
 from fiveaxis.cam.contour.touching import count_touching, find_contacts
+from fiveaxis.cam.mesh.mesh import Mesh
 from fiveaxis.model import Toolpath
-
-if TYPE_CHECKING:
-    import trimesh
 
 # Setting -> its values, the findings that leave it open, and the one that tells its choice.
 OPEN = {
@@ -24,7 +21,7 @@ CLEARLY = 2.0
 
 def find_settled_contacts(
     toolpath: Toolpath,
-    part: trimesh.Trimesh,
+    part: Mesh,
     tolerance: float,
     read: Callable[[dict[str, str]], Toolpath],
     given: set[str],

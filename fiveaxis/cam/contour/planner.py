@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import NoReturn
 
 import numpy as np
 
-from fiveaxis.base import Array, Infeasible, IntArray, MeshError, Unit, keywords_of
+from fiveaxis.base import Array, Infeasible, IntArray, MeshError, MeshSource, Unit, keywords_of
 from fiveaxis.cam.contour.ball_space import BallSpace, Linker
 from fiveaxis.cam.contour.contacts import Contacts, sample_loop
 from fiveaxis.cam.contour.flow import flow_lines
@@ -29,7 +29,6 @@ from fiveaxis.cam.contour.passes import FARTHEST, LeftOut, Pass, split_passes
 from fiveaxis.cam.contour.sections import level_curvature, scallop_levels, section_levels, section_loops
 from fiveaxis.cam.contour.spiral import Turns, join_spirals
 from fiveaxis.cam.mesh.cad.choice import of_faces, uncut_findings
-from fiveaxis.cam.mesh.cad.model import model_of
 from fiveaxis.cam.mesh.distance import TriangleTree
 from fiveaxis.cam.mesh.loading import (
     body_findings,
@@ -41,9 +40,6 @@ from fiveaxis.cam.mesh.loading import (
 )
 from fiveaxis.cam.mesh.surface import Surface
 from fiveaxis.model import MoveKind, Tool, Toolpath, divide
-
-if TYPE_CHECKING:
-    import trimesh
 
 # Rings of spirals are sampled a little finer, because their descent lengthens every step.
 SPIRAL_SPACING = 0.97
@@ -68,7 +64,7 @@ class Plan:
 
 @keywords_of(PlanOptions)
 def plan_contour(
-    part: str | Path | trimesh.Trimesh,
+    part: MeshSource,
     tool: Tool,
     options: PlanOptions,
 ) -> Toolpath:
@@ -129,7 +125,7 @@ def plan_contour(
 
 
 def plan_passes(
-    part: str | Path | trimesh.Trimesh,
+    part: MeshSource,
     tool: Tool,
     options: PlanOptions,
 ) -> Plan:
@@ -145,13 +141,13 @@ def plan_passes(
         mesh_tolerance=options.mesh_tolerance,
         body=options.body,
     )
-    model = model_of(mesh)
+    model = mesh.model
     surface = Surface.from_mesh(mesh, crease=np.radians(options.crease), model=model)
     chosen = surface if options.faces is None else surface.part(of_faces(model, options.faces, name))
     read: Unit = unit or "mm"
     sized = size_findings(mesh_size(mesh), unit=read, diameter=tool.diameter, name=name)
     extent = float(mesh_size(mesh).max())
-    options.check_size(extent, float(mesh.area), options.strip_radius(leaning))
+    options.check_size(extent, mesh.area, options.strip_radius(leaning))
     if tool.diameter > extent:
         raise MeshError(
             f"the part measures {size_text(mesh_size(mesh))}, read in {read}, and the cutter "

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +14,7 @@ from fiveaxis.base import (
     Array,
     BoolArray,
     IntArray,
+    MeshSource,
     Strategy,
     Unit,
     normalise,
@@ -23,15 +23,14 @@ from fiveaxis.base import (
 from fiveaxis.cam.contour.ball_space import CHORD_GOUGE
 from fiveaxis.cam.contour.options import PlanOptions, Walls
 from fiveaxis.cam.mesh.cad.choice import of_faces
-from fiveaxis.cam.mesh.cad.model import Model, model_of
+from fiveaxis.cam.mesh.cad.model import Model
 from fiveaxis.cam.mesh.distance import TriangleTree, tree_of
 from fiveaxis.cam.mesh.loading import mesh_size, take_mesh
+from fiveaxis.cam.mesh.mesh import Mesh
 from fiveaxis.cam.mesh.surface import facet_normals
 from fiveaxis.model import Toolpath
 
 if TYPE_CHECKING:
-    import trimesh
-
     from fiveaxis.cam.contour.strips import Strips
 
 # Shares of a straight move at which its distance from the surface is measured.
@@ -77,7 +76,7 @@ class PlanReport:
 
 def path_quality(
     toolpath: Toolpath,
-    part: str | Path | trimesh.Trimesh,
+    part: MeshSource,
     *,
     strategy: Strategy = "waterline",
     raster_angle: float | None = None,
@@ -154,8 +153,8 @@ class _Part:
     model: Model | None
 
     @classmethod
-    def of(cls, mesh: trimesh.Trimesh, options: PlanOptions) -> _Part:
-        model, facets = model_of(mesh), facet_normals(np.array(mesh.triangles, dtype=float))
+    def of(cls, mesh: Mesh, options: PlanOptions) -> _Part:
+        model, facets = mesh.model, facet_normals(mesh.triangles)
         every = np.ones(len(facets), dtype=bool)
         cut = every if options.faces is None else of_faces(model, options.faces, "mesh")
         return cls(tree_of(mesh), facets, cut, options.walls, model)

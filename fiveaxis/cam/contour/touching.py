@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,6 +16,7 @@ from fiveaxis.base import (
     Finding,
     IntArray,
     Meshes,
+    MeshSource,
     SettingError,
     Severity,
     ToolpathError,
@@ -26,14 +25,11 @@ from fiveaxis.base import (
     perpendicular,
 )
 from fiveaxis.cam.contour.contacts import lean_limit, lean_normals
-from fiveaxis.cam.mesh.cad.model import model_of
 from fiveaxis.cam.mesh.distance import AT_SURFACE, SignedSurface, tree_of
 from fiveaxis.cam.mesh.loading import take_mesh
+from fiveaxis.cam.mesh.mesh import Mesh
 from fiveaxis.cam.mesh.surface import Surface
 from fiveaxis.model import ROUNDING, MoveKind, Toolpath, Zone
-
-if TYPE_CHECKING:
-    import trimesh
 
 # Angles around the tool axis in the first round of a search, its rounds, and how much finer each one is.
 RING, ROUNDS, NARROWING = 32, 6, 4
@@ -47,7 +43,7 @@ SLIP = np.radians(2.0)
 SHARES, DEEP = (0.25, 0.5, 0.75), 0.01
 
 
-def on_part(toolpath: Toolpath, part: trimesh.Trimesh | None) -> Toolpath:
+def on_part(toolpath: Toolpath, part: Mesh | None) -> Toolpath:
     """Return the path with chords where its curve reaches deeper into the part than its chords do.
 
     The part has the last word on what lies between two locations: its facets may be what was designed.
@@ -80,7 +76,7 @@ def on_part(toolpath: Toolpath, part: trimesh.Trimesh | None) -> Toolpath:
     return toolpath
 
 
-def count_touching(toolpath: Toolpath, part: str | Path | trimesh.Trimesh, *, tolerance: float) -> int:
+def count_touching(toolpath: Toolpath, part: MeshSource, *, tolerance: float) -> int:
     """Count the cuts that touch a part within a tolerance, neither off it nor deep in it.
 
     Parameters
@@ -94,7 +90,7 @@ def count_touching(toolpath: Toolpath, part: str | Path | trimesh.Trimesh, *, to
 
 def find_contacts(
     toolpath: Toolpath,
-    part: str | Path | trimesh.Trimesh,
+    part: MeshSource,
     *,
     tolerance: float = SURFACE_TOLERANCE,
     crease: float = CREASE,
@@ -142,7 +138,7 @@ def find_contacts(
     Meshes(crease=crease, mesh_tolerance=mesh_tolerance, body=body)  # refuses what is out of range
     rows = np.flatnonzero(toolpath.cutting)
     mesh = take_mesh(part, name="part", unit=unit, allow_open=True, mesh_tolerance=mesh_tolerance, body=body)
-    model = model_of(mesh)
+    model = mesh.model
     surface = Surface.from_mesh(mesh, crease=math.radians(crease), model=model)
     touch = _touches(toolpath.at(rows), SignedSurface.of(mesh, model))
     apart = touch.gap > tolerance
@@ -182,7 +178,7 @@ def find_contacts(
     return replace(known, findings=(*toolpath.findings, *found), normals_from=surface.normals_from)
 
 
-def _smoothed(path: Toolpath, touch: _Touch, mesh: trimesh.Trimesh, surface: Surface) -> Array:
+def _smoothed(path: Toolpath, touch: _Touch, mesh: Mesh, surface: Surface) -> Array:
     """Return the normals of the smoothed or exact surface where cutters touch it, (n, 3).
 
     The touched facet's normal stays at a crease, and where the tool axis is at an angle to the smoothed one

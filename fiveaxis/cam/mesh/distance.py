@@ -11,11 +11,10 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from fiveaxis.base import Array, IntArray
+from fiveaxis.cam.mesh.mesh import Mesh
 from fiveaxis.cam.mesh.surface import facet_normals
 
 if TYPE_CHECKING:
-    import trimesh
-
     from fiveaxis.cam.mesh.cad.model import Model
 
 T = TypeVar("T")
@@ -25,16 +24,15 @@ LEAF = 4
 AT_SURFACE = 1e-6
 
 
-def kept_by_mesh(make: Callable[[trimesh.Trimesh], T]) -> Callable[[trimesh.Trimesh], T]:
+def kept_by_mesh(make: Callable[[Mesh], T]) -> Callable[[Mesh], T]:
     """Decorate a function of a mesh so that it runs once per mesh: trees of large meshes take long to build.
 
-    A mesh's hash is that of its arrays, so a mesh that was changed is a new one. What is returned mustn't
-    refer to the mesh, which would keep it alive.
+    What is returned mustn't refer to the mesh, which would keep it alive.
     """
-    made: WeakKeyDictionary[trimesh.Trimesh, T] = WeakKeyDictionary()
+    made: WeakKeyDictionary[Mesh, T] = WeakKeyDictionary()
 
     @wraps(make)
-    def kept(mesh: trimesh.Trimesh) -> T:
+    def kept(mesh: Mesh) -> T:
         if mesh not in made:
             made[mesh] = make(mesh)
         return made[mesh]
@@ -107,9 +105,9 @@ class TriangleTree:
 
 
 @kept_by_mesh
-def tree_of(mesh: trimesh.Trimesh) -> TriangleTree:
+def tree_of(mesh: Mesh) -> TriangleTree:
     """Sort the triangles of a mesh into a tree."""
-    return TriangleTree.build(np.asarray(mesh.triangles, dtype=float))
+    return TriangleTree.build(mesh.triangles)
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,15 +117,15 @@ class SignedSurface:
     It may have a model of its exact surfaces.
     """
 
-    mesh: trimesh.Trimesh
+    mesh: Mesh
     tree: TriangleTree
     facets: Array
     model: Model | None = None
 
     @classmethod
-    def of(cls, mesh: trimesh.Trimesh, model: Model | None = None) -> SignedSurface:
+    def of(cls, mesh: Mesh, model: Model | None = None) -> SignedSurface:
         """Build the tree of a mesh in mm."""
-        return cls(mesh, tree_of(mesh), facet_normals(np.asarray(mesh.triangles, dtype=float)), model)
+        return cls(mesh, tree_of(mesh), facet_normals(mesh.triangles), model)
 
     def nearest_exactly(self, points: Array) -> tuple[Array, Array, Array]:
         """Find the same as `nearest` on the exact surfaces where there is a model of them."""
@@ -149,7 +147,7 @@ class SignedSurface:
         behind = np.flatnonzero(np.einsum("ij,ij->i", offset, facet) < 0.0)
         # A point outside a sharp edge is also behind one of its two facets.
         if self.mesh.is_watertight and len(behind):
-            behind = behind[np.asarray(self.mesh.contains(points[behind]))]
+            behind = behind[self.mesh.contains(points[behind])]
         signed = distance.copy()
         signed[behind] *= -1.0
         far = distance > AT_SURFACE

@@ -15,6 +15,7 @@ from fiveaxis.base import (
     Array,
     Finding,
     MeshError,
+    MeshSource,
     Place,
     SettingError,
     Severity,
@@ -22,7 +23,7 @@ from fiveaxis.base import (
     require_file,
 )
 from fiveaxis.cam.mesh.cad.loading import FACTORS, load_model
-from fiveaxis.cam.mesh.cad.model import model_of, with_model
+from fiveaxis.cam.mesh.mesh import Mesh
 from fiveaxis.cam.mesh.parsing import DAMAGED, parse_mesh, require_few
 
 if TYPE_CHECKING:
@@ -46,8 +47,8 @@ def load_mesh(
     turn: bool = True,
     mesh_tolerance: float = MESH_TOLERANCE,
     body: str | None = None,
-) -> trimesh.Trimesh:
-    """Read a part: a mesh, or the mesh of a CAD file, whose exact surfaces `model_of` returns.
+) -> Mesh:
+    """Read a part: a mesh, or the mesh of a CAD file, whose exact surfaces it knows.
 
     Parameters
     ----------
@@ -92,16 +93,15 @@ def load_mesh(
     else:
         parsed = parse_mesh(file)
         if unit not in (None, "mm"):
-            parsed = parsed.copy()  # what is parsed is kept
-            parsed.vertices = FACTORS[unit] * np.asarray(parsed.vertices, dtype=float)
+            parsed = Mesh(FACTORS[unit] * parsed.vertices, parsed.faces)
     mesh = check_mesh(parsed, name=str(file), allow_open=allow_open, turn=turn)
     logger.info("%s: %d triangles, %s", file.name, len(mesh.faces), size_text(mesh_size(mesh)))
     return mesh
 
 
 def check_mesh(
-    mesh: trimesh.Trimesh, *, name: str, allow_open: bool = False, turn: bool = True
-) -> trimesh.Trimesh:
+    given: Mesh | trimesh.Trimesh, *, name: str, allow_open: bool = False, turn: bool = True
+) -> Mesh:
     """Return a copy of a mesh in mm with merged vertices; `name` is used in messages.
 
     Raises
@@ -110,46 +110,29 @@ def check_mesh(
         No triangles or more than `MOST_TRIANGLES`, triangles of vertices that it doesn't have, vertices that
         aren't finite or too far away, not watertight.
     """
+    mesh = Mesh.of(given)
     _require_sound(mesh, name)
-    checked = _merged(mesh)
+    checked = mesh.merged()
     if checked.is_watertight:
-        if turn:
-            _turn_outward(checked)
-    elif not allow_open:
+        return checked.turned_outward() if turn else checked
+    if not allow_open:
         raise MeshError(
-            f"not watertight: {count_open_edges(checked)} of its edges don't join exactly two triangles; "
+            f"not watertight: {checked.open_edges} of its edges don't join exactly two triangles; "
             "repair the mesh, or accept it as it is (--allow-open)",
             file=name,
         )
     return checked
 
 
-def _merged(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
-    """Return the triangles of a mesh with merged vertices, and its exact model if it has one.
-
-    Vertices with the same bits are merged first: trimesh sorts the rest, which for the triangles of an STL
-    file would take most of the time.
-    """
-    import trimesh
-
-    from fiveaxis.cam.mesh import kernels  # numba is slow to load
-
-    vertices = np.ascontiguousarray(mesh.vertices, dtype=float)
-    first, number = kernels.merge_rows(vertices)
-    merged = trimesh.Trimesh(vertices[first], number[np.asarray(mesh.faces)], process=False)
-    merged.merge_vertices(merge_tex=True, merge_norm=True)
-    return with_model(merged, model_of(mesh))
-
-
 def take_mesh(
-    part: str | Path | trimesh.Trimesh,
+    part: MeshSource,
     *,
     name: str = "mesh",
     unit: Unit | None = None,
     allow_open: bool = False,
     mesh_tolerance: float = MESH_TOLERANCE,
     body: str | None = None,
-) -> trimesh.Trimesh:
+) -> Mesh:
     """Read a part's file (`load_mesh`), or check a mesh in mm (`check_mesh`)."""
     if isinstance(part, str | Path):
         return load_mesh(part, unit=unit, allow_open=allow_open, mesh_tolerance=mesh_tolerance, body=body)
@@ -162,7 +145,7 @@ def read_solid(
     *,
     mesh_tolerance: float = MESH_TOLERANCE,
     body: str | None = None,
-) -> trimesh.Trimesh:
+) -> Mesh:
     """Read a part for collision checks (`load_mesh`): normals of meshes aren't turned, holes are allowed.
 
     Raises
@@ -175,7 +158,7 @@ def read_solid(
     return mesh
 
 
-def require_solid(mesh: trimesh.Trimesh, name: str) -> None:
+def require_solid(mesh: Mesh, name: str) -> None:
     """Refuse a mesh in mm that is too large, or closed without consistent outward normals.
 
     Raises
@@ -190,14 +173,13 @@ def require_solid(mesh: trimesh.Trimesh, name: str) -> None:
     remedy = "turn them outwards where the mesh was made (Flip or Harmonise normals; in trimesh fix_normals)"
     if not mesh.is_winding_consistent:
         raise MeshError(f"neighbouring triangles face opposite sides; {remedy}", file=name)
-    volume = _signed_volume(mesh)
-    if volume < 0.0:
+    if mesh.volume < 0.0:
         raise MeshError(
-            f"its normals point into the material: its volume is {volume:.6g} mm3; {remedy}", file=name
+            f"its normals point into the material: its volume is {mesh.volume:.6g} mm3; {remedy}", file=name
         )
 
 
-def _require_sound(mesh: trimesh.Trimesh, name: str) -> None:
+def _require_sound(mesh: Mesh, name: str) -> None:
     if len(mesh.faces) == 0:
         raise MeshError("has no triangles", file=name)
     require_few(len(mesh.faces), name)
@@ -220,28 +202,7 @@ def _require_sound(mesh: trimesh.Trimesh, name: str) -> None:
         )
 
 
-def count_open_edges(mesh: trimesh.Trimesh) -> int:
-    """Count the edges that don't join exactly two triangles."""
-    _, uses = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
-    return int((uses != 2).sum())
-
-
-def _turn_outward(mesh: trimesh.Trimesh) -> None:
-    if not mesh.is_winding_consistent:
-        with np.errstate(divide="ignore", invalid="ignore"):  # it divides by the volume of each body
-            mesh.fix_normals()
-    if _signed_volume(mesh) < 0.0:
-        mesh.invert()
-
-
-def _signed_volume(mesh: trimesh.Trimesh) -> float:
-    """Compute the volume, mm³, negative where normals point inwards; trimesh would divide by it."""
-    # From a vertex of the mesh: far from the origin the terms would be larger than their sum.
-    a, b, c = np.moveaxis(mesh.vertices[mesh.faces] - mesh.vertices[0], 1, 0)
-    return float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6.0
-
-
-def mesh_size(mesh: trimesh.Trimesh | Surface) -> Array:
+def mesh_size(mesh: Mesh | Surface) -> Array:
     """Return the extents of a mesh along X, Y and Z, (3,) mm."""
     return np.asarray(np.ptp(mesh.vertices, axis=0), dtype=float)
 
@@ -260,9 +221,9 @@ def other_sizes(size: Array, unit: Unit) -> str:
     )
 
 
-def body_findings(mesh: trimesh.Trimesh, name: str) -> tuple[Finding, ...]:
+def body_findings(mesh: Mesh, name: str) -> tuple[Finding, ...]:
     """Return the finding that several bodies of a CAD file are taken together as the part."""
-    model = model_of(mesh)
+    model = mesh.model
     if model is None or len(model.bodies) < 2:
         return ()
     listed = ", ".join(f"{number} {text!r}" for number, text in list(model.bodies.items())[:10])

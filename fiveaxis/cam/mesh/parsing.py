@@ -11,14 +11,11 @@ import logging
 import re
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fiveaxis.base import MOST_MESH_BYTES, Array, IntArray, MeshError, kept_by_file, read_input
-
-if TYPE_CHECKING:
-    import trimesh
+from fiveaxis.cam.mesh.mesh import Mesh
 
 # Bytes of a binary STL: its header, whose last four are the number of triangles, and one triangle.
 STL_HEAD, STL_TRIANGLE = 84, 50
@@ -44,7 +41,7 @@ def require_few(count: int, name: str | Path) -> None:
 
 
 @kept_by_file(8)
-def parse_mesh(file: Path) -> trimesh.Trimesh:
+def parse_mesh(file: Path) -> Mesh:
     """Read the triangles of an STL, PLY, OBJ or OFF file, in its own unit; they may be none.
 
     Raises
@@ -52,22 +49,22 @@ def parse_mesh(file: Path) -> trimesh.Trimesh:
     MeshError
         It can't be parsed, or holds other triangles than it states.
     """
-    import trimesh
-
     kind = file.suffix.lower()
     content = read_input(file, MOST_MESH_BYTES, MeshError)
     corners = _binary_triangles(content, file) if kind == ".stl" else None
     if corners is not None:
         faces = np.arange(3 * len(corners)).reshape(-1, 3)
-        return trimesh.Trimesh(corners.reshape(-1, 3), faces, process=False)
+        return Mesh(corners.reshape(-1, 3), faces)
     try:
         if kind == ".obj":
-            return trimesh.Trimesh(*_obj_triangles(content, file), process=False)
+            return Mesh(*_obj_triangles(content, file))
+        import trimesh  # slow to load
+
         with warnings.catch_warnings():
             # numpy only warns of numbers that it can't read.
             warnings.simplefilter("error")
             # Processing would silently drop vertices that aren't finite.
-            mesh = trimesh.load_mesh(io.BytesIO(content), file_type=kind[1:], process=False)
+            mesh = Mesh.of(trimesh.load_mesh(io.BytesIO(content), file_type=kind[1:], process=False))
         stated, found, what = _counted(content, kind, len(mesh.faces))
     except MeshError:
         raise

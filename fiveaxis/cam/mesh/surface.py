@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fiveaxis.base import CREASE, Array, BoolArray, IntArray, angle_between, normalise, product
+from fiveaxis.cam.mesh.mesh import Mesh, triangle_areas
 
 if TYPE_CHECKING:
-    import trimesh
-
     from fiveaxis.cam.mesh.cad.model import Model
 
 # Facets at a larger angle meet at an edge of the part; smaller angles come from the tessellation.
@@ -47,12 +46,9 @@ class Surface:
     model: Model | None = None
 
     @classmethod
-    def from_mesh(
-        cls, mesh: trimesh.Trimesh, *, crease: float = SHARP_EDGE, model: Model | None = None
-    ) -> Surface:
+    def from_mesh(cls, mesh: Mesh, *, crease: float = SHARP_EDGE, model: Model | None = None) -> Surface:
         """Smooth the normals of a mesh over facets that meet at less than an angle, rad."""
-        vertices = np.array(mesh.vertices, dtype=float)
-        faces = np.array(mesh.faces, dtype=np.int64)
+        vertices, faces = mesh.vertices, mesh.faces
         facets = _by_parts(facet_normals, vertices, faces)
         return cls(vertices, faces, facets, corner_normals(vertices, faces, facets, crease), crease, model)
 
@@ -169,7 +165,7 @@ def facet_normals(triangles: Array) -> Array:
     return np.where(flat, 0.0, doubled / np.where(flat, 1.0, length))
 
 
-def make_patches(points: Array, normals: Array, size: float) -> trimesh.Trimesh:
+def make_patches(points: Array, normals: Array, size: float) -> Mesh:
     """Return a triangle in the tangent plane at each point.
 
     Parameters
@@ -177,13 +173,11 @@ def make_patches(points: Array, normals: Array, size: float) -> trimesh.Trimesh:
     points, normals : (n, 3), mm and unit vectors
     size : mm, of the legs of each triangle
     """
-    import trimesh
-
     beside = np.where(np.abs(normals[:, :1]) < 0.9, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
     u = normalise(np.cross(normals, beside))
     corners = np.stack([points, points + size * u, points + size * np.cross(normals, u)], axis=1)
     vertices = corners.reshape(-1, 3)
-    return trimesh.Trimesh(vertices, np.arange(len(vertices)).reshape(-1, 3), process=False)
+    return Mesh(vertices, np.arange(len(vertices)).reshape(-1, 3))
 
 
 def corner_normals(vertices: Array, faces: IntArray, facets: Array, crease: float = SHARP_EDGE) -> Array:
@@ -226,12 +220,6 @@ def corner_angles(triangles: Array) -> Array:
     onward = np.roll(triangles, -1, axis=1) - triangles
     back = np.roll(triangles, 1, axis=1) - triangles
     return angle_between(onward, back)
-
-
-def triangle_areas(triangles: Array) -> Array:
-    """Compute the areas of triangles, (f, 3, 3) mm → (f,) mm²."""
-    doubled = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    return np.asarray(np.linalg.norm(doubled, axis=1) / 2.0)
 
 
 def _by_parts(function: Callable[[Array], Array], vertices: Array, faces: IntArray) -> Array:

@@ -11,17 +11,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fiveaxis.base import Array, BoolArray, IntArray, at_once, compiled, inner, innermost
-from fiveaxis.cam import STACK, TriangleTree, kept_by_mesh, tree_of
+from fiveaxis.cam import STACK, Mesh, TriangleTree, kept_by_mesh, tree_of
 from fiveaxis.model import Tool
-
-if TYPE_CHECKING:
-    import trimesh
 
 # mm: segments of an outline lower than this are steps; the next segment has the same radius there.
 LOWEST = 1e-9
@@ -174,10 +171,12 @@ class Obstacle:
     slabs: Array
 
     @classmethod
-    def build(cls, name: str, body: trimesh.Trimesh | Array, solids: Sequence[Solid]) -> Obstacle:
+    def build(cls, name: str, body: Mesh | Array, solids: Sequence[Solid]) -> Obstacle:
         """Sort the triangles of a body, a mesh or (f, 3, 3) mm, into a tree; those of a mesh once."""
-        own = isinstance(body, np.ndarray)
-        parts = _with_slabs(TriangleTree.build(np.ascontiguousarray(body))) if own else _of_mesh(body)
+        if isinstance(body, np.ndarray):
+            parts = _with_slabs(TriangleTree.build(np.ascontiguousarray(body)))
+        else:
+            parts = _of_mesh(body)
         return cls(name, tuple(s for s in solids if len(s.frusta)), *parts)
 
     def hit_by(self, rows: IntArray, tip: Array, axis: Array) -> BoolArray:
@@ -220,7 +219,7 @@ def in_chunks(
 
 
 @kept_by_mesh
-def _of_mesh(mesh: trimesh.Trimesh) -> tuple[Array, Array, Array]:
+def _of_mesh(mesh: Mesh) -> tuple[Array, Array, Array]:
     """Sort the triangles of a mesh, which is in the way of one setup after the other."""
     return _with_slabs(tree_of(mesh))
 

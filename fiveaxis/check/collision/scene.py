@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fiveaxis.base import JOB, MACHINE_FILE, TOOL_FILE, Array, Gap, inverse_transform, product, risk
-from fiveaxis.cam import kept_by_mesh, read_solid
+from fiveaxis.cam import Mesh, kept_by_mesh, read_solid
 from fiveaxis.check.collision.assumed import NOSE, TABLE, is_described, with_nose
 from fiveaxis.check.collision.pieces import (
     PairQuery,
@@ -34,9 +33,6 @@ from fiveaxis.model import (
     MeshShape,
     Tool,
 )
-
-if TYPE_CHECKING:
-    import trimesh
 
 PART, STOCK, FIXTURE, BODY = "part", "stock", "fixture", "body"
 TOOL_KINDS = (CUTTER, SHANK, HOLDER)
@@ -201,19 +197,18 @@ def _of_shape(shape: Box | Cylinder | MeshShape, base: Array) -> Piece:
         return cylinder_piece(shape.radius, shape.height, frame)
     mesh = read_solid(shape.file)
     if shape.scale != 1.0:
-        mesh.apply_scale(shape.scale)
+        mesh = Mesh(shape.scale * mesh.vertices, mesh.faces)
     return _of_mesh(mesh, frame)
 
 
-def _of_mesh(mesh: trimesh.Trimesh, frame: Array) -> Piece:
+def _of_mesh(mesh: Mesh, frame: Array) -> Piece:
     return replace(_at_home(mesh), frame=frame)
 
 
 @kept_by_mesh
-def _at_home(mesh: trimesh.Trimesh) -> Piece:
+def _at_home(mesh: Mesh) -> Piece:
     """Make a piece of a mesh in its own frame."""
-    vertices, faces = np.asarray(mesh.vertices, dtype=float), np.asarray(mesh.faces, dtype=np.int64)
-    return mesh_piece(vertices, faces, np.eye(4), closed=bool(mesh.is_watertight))
+    return mesh_piece(mesh.vertices, mesh.faces, np.eye(4), closed=mesh.is_watertight)
 
 
 @dataclass(frozen=True, eq=False)

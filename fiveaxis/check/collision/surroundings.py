@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -16,6 +16,7 @@ from fiveaxis.base import (
     Array,
     CadFile,
     JobError,
+    MeshSource,
     SettingError,
     StrictModel,
     Unit,
@@ -24,14 +25,11 @@ from fiveaxis.base import (
     product,
     require_file,
 )
-from fiveaxis.cam import load_mesh, read_solid, require_solid
+from fiveaxis.cam import Mesh, load_mesh, read_solid, require_solid
 from fiveaxis.check.stock.cutting import Blank
 from fiveaxis.check.stock.display import mesh_of
 from fiveaxis.check.stock.sources import load_stock, names_mesh
 from fiveaxis.model import Box, Cylinder, MeshShape, Shape, Triple, as_triple
-
-if TYPE_CHECKING:
-    import trimesh
 
 # Sides of the prism around a cylinder; its edges lie up to 0.12 % of the radius outside.
 SIDES = 64
@@ -213,8 +211,8 @@ class Surroundings:
         Two fixtures of one name; a height that is negative or not finite.
     """
 
-    part: trimesh.Trimesh | None = None
-    stock: trimesh.Trimesh | None = None
+    part: Mesh | None = None
+    stock: Mesh | None = None
     fixtures: tuple[Fixture, ...] = ()
     clearances: Clearances = field(default_factory=Clearances)
     blank: Blank | None = None
@@ -255,8 +253,8 @@ class Surroundings:
     @classmethod
     def load(
         cls,
-        part: str | Path | trimesh.Trimesh | None = None,
-        stock: str | Path | trimesh.Trimesh | None = None,
+        part: MeshSource | None = None,
+        stock: MeshSource | None = None,
         fixtures: tuple[Fixture, ...] = (),
         clearances: Clearances | None = None,
         *,
@@ -287,9 +285,11 @@ class Surroundings:
         JobError
             A stock that doesn't contain the part.
         """
-        solid = part
+        solid = None
         if isinstance(part, str | Path):
             solid = read_solid(part, unit, mesh_tolerance=mesh_tolerance, body=body)
+        elif part is not None:
+            solid = Mesh.of(part)
         whole, blank = _take_stock(stock, solid, unit, stock_resolution)
         return cls(
             part=solid,
@@ -303,28 +303,28 @@ class Surroundings:
     @cached_property
     def points(self) -> Array:
         """(p, 3), mm, workpiece frame: corners of part, stock and fixtures; a prism contains a cylinder."""
-        corners = [np.asarray(mesh.vertices, dtype=float) for mesh in self.meshes.values()]
+        corners = [mesh.vertices for mesh in self.meshes.values()]
         corners += [shape_triangles(fixture.shape).reshape(-1, 3) for fixture in self.fixtures]
         return np.concatenate([np.empty((0, 3)), *corners])
 
     @property
-    def meshes(self) -> dict[str, trimesh.Trimesh]:
+    def meshes(self) -> dict[str, Mesh]:
         """``part`` and ``stock``, without those that are None."""
         given = {"part": self.part, "stock": self.stock}
         return {name: mesh for name, mesh in given.items() if mesh is not None}
 
 
 def _take_stock(
-    given: str | Path | trimesh.Trimesh | None,
-    part: trimesh.Trimesh | None,
+    given: MeshSource | None,
+    part: Mesh | None,
     unit: Unit | None,
     resolution: float | None,
-) -> tuple[trimesh.Trimesh | None, Blank | None]:
+) -> tuple[Mesh | None, Blank | None]:
     """Load a stock: as a mesh, which nothing cuts, and as rays with the part in them, if that is closed."""
     if given is None:
         return None, None
-    mesh = None if isinstance(given, str | Path) else given
-    if mesh is None and names_mesh(given):
+    mesh = None if isinstance(given, str | Path) else Mesh.of(given)
+    if isinstance(given, str | Path) and names_mesh(given):
         mesh = read_solid(given, unit)
     if part is None or not part.is_watertight:
         if mesh is None:
@@ -337,14 +337,13 @@ def _take_stock(
 
 def shape_triangles(shape: Box | Cylinder | MeshShape) -> Array:
     """Triangulate a shape, (f, 3, 3) mm, in the frame that it is placed in; a prism contains a cylinder."""
-    import trimesh
-
     if isinstance(shape, MeshShape):
         triangles = shape.scale * load_mesh(shape.file, allow_open=True).triangles
     elif isinstance(shape, Box):
-        triangles = trimesh.creation.box(extents=shape.size).triangles
+        triangles = Mesh.box(np.array(shape.size)).triangles
     else:
-        outside = shape.radius / np.cos(np.pi / SIDES)
-        triangles = trimesh.creation.cylinder(outside, shape.height, sections=SIDES).triangles
+        outside, half = shape.radius / np.cos(np.pi / SIDES), shape.height / 2.0
+        outline = np.array([[0.0, -half], [outside, -half], [outside, half]])
+        triangles = Mesh.revolved(outline, SIDES).triangles
     frame = shape.frame
     return np.asarray(product(triangles, frame[:3, :3].T) + frame[:3, 3])

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fiveaxis.base import Array, BoolArray, IntArray, JobError
-from fiveaxis.cam import facet_normals, tree_of
+from fiveaxis.cam import Mesh, facet_normals, tree_of
 from fiveaxis.check.stock.dexels import UNCUT, Stock, Surface
 from fiveaxis.check.stock.sources import fill
 from fiveaxis.check.stock.sweeping import LARGEST, SHARE
-
-if TYPE_CHECKING:
-    import trimesh
 
 # Length of the mean direction to finished places below which they are all around.
 SURROUNDED = 0.4
@@ -106,7 +102,7 @@ class Deviations:
         return np.asarray(order[np.sort(first)])
 
 
-def compare(stock: Stock, mesh: trimesh.Trimesh, part: Stock | None = None) -> Deviations:
+def compare(stock: Stock, mesh: Mesh, part: Stock | None = None) -> Deviations:
     """Compare a stock with a closed mesh, mm.
 
     Distances are exact at the ends of rays; their sign is that of the part's own rays.
@@ -118,7 +114,7 @@ def compare(stock: Stock, mesh: trimesh.Trimesh, part: Stock | None = None) -> D
     part = fill(stock.emptied(), mesh) if part is None else part
     surface, gone = stock.surface(), _gone(stock, part)
     inside = part.holds(surface)
-    tree, facets = tree_of(mesh), facet_normals(np.asarray(mesh.triangles, dtype=float))
+    tree, facets = tree_of(mesh), facet_normals(mesh.triangles)
     points = np.concatenate([surface.points, gone.points])
     foot, triangle, distance = tree.nearest(points, REACH)
     # Farther outside isn't compared, but deeper inside is a gouge all the same.
@@ -141,7 +137,7 @@ def compare(stock: Stock, mesh: trimesh.Trimesh, part: Stock | None = None) -> D
         normal=normal,
         # A bundle's ends have the density |n_d| / (its rays' area), and the squares of n_d add up to 1.
         area=np.where(np.arange(len(points))[near] < len(surface.points), across * rays, 0.0),
-        part_area=float(mesh.area),
+        part_area=mesh.area,
         resolution=stock.resolution,
         uncertainty=sweep_tolerance(stock.resolution),
         left_volume=float(np.mean(volumes - shared)),
@@ -155,7 +151,7 @@ def _one_per_cell(points: Array, cell: float) -> IntArray:
     return np.sort(np.unique(cubes, axis=0, return_index=True)[1])
 
 
-def require_part_inside(stock: Stock, mesh: trimesh.Trimesh, part: Stock) -> None:
+def require_part_inside(stock: Stock, mesh: Mesh, part: Stock) -> None:
     """Check that a stock contains the part, to its resolution, before anything is cut.
 
     Raises
@@ -163,7 +159,7 @@ def require_part_inside(stock: Stock, mesh: trimesh.Trimesh, part: Stock) -> Non
     JobError
         The part reaches out of it.
     """
-    bounds = np.array(mesh.bounds, dtype=float)
+    bounds = mesh.bounds
     out = np.maximum(stock.low - bounds[0], bounds[1] - stock.high)
     found = compare(stock, mesh, part)
     depth = max(float(out.max()), found.deepest)

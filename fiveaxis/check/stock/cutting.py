@@ -4,19 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fiveaxis.base import STOCK_TOLERANCE, Array, IntArray
+from fiveaxis.cam import Mesh
 from fiveaxis.check.stock.comparing import Deviations, compare, sweep_tolerance
 from fiveaxis.check.stock.dexels import Removal, Stock
 from fiveaxis.check.stock.sources import fill
 from fiveaxis.check.stock.sweeping import Poses, Sweep, swept, swept_outline
 from fiveaxis.model import CUTTER, HOLDER, SHANK, Tool
-
-if TYPE_CHECKING:
-    import trimesh
 
 # Blocks that are cut at once where nothing but the cutter is near; tolerances by which shank and holder may
 # reach into the stock.
@@ -38,12 +35,12 @@ class Blank:
     """
 
     stock: Stock
-    mesh: trimesh.Trimesh
+    mesh: Mesh
     part: Stock
     tolerance: float = STOCK_TOLERANCE
 
     @classmethod
-    def of(cls, stock: Stock, mesh: trimesh.Trimesh) -> Blank:
+    def of(cls, stock: Stock, mesh: Mesh) -> Blank:
         """Put a part into its stock.
 
         Raises

@@ -4,20 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fiveaxis.base import Array, IntArray
+from fiveaxis.cam import Mesh
 from fiveaxis.check.stock.comparing import sweep_tolerance
 from fiveaxis.check.stock.cutting import of_blocks
 from fiveaxis.check.stock.dexels import Stock
 from fiveaxis.check.stock.sweeping import Poses, Sweep, swept
 from fiveaxis.model import Tool
-
-if TYPE_CHECKING:
-    import trimesh
 
 # Nodes along the longest side of the lattice that a mesh is made on.
 MOST_NODES = 120
@@ -49,14 +46,12 @@ class Playback:
         """Return the quads that are there after a step, (q, 4)."""
         return self.quads[(self.lives[:, 0] <= step) & (step < self.lives[:, 1])]
 
-    def mesh(self, step: int = 0) -> trimesh.Trimesh:
+    def mesh(self, step: int = 0) -> Mesh:
         """Return the closed mesh after a step, mm."""
-        import trimesh
-
         used, index = np.unique(self.at(step), return_inverse=True)
         quads = index.reshape(-1, 4)
         faces = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
-        return trimesh.Trimesh(self.vertices[used], faces, process=False)
+        return Mesh(self.vertices[used], faces)
 
 
 def play(stock: Stock, tool: Tool, poses: Poses, rows: int, ends: Array) -> Playback:
@@ -176,6 +171,6 @@ def stride_of(stock: Stock) -> int:
     return max(1, int(np.ceil(stock.cells.max() / MOST_NODES)))
 
 
-def mesh_of(stock: Stock) -> trimesh.Trimesh:
+def mesh_of(stock: Stock) -> Mesh:
     """Make a closed mesh of a stock, mm, on a lattice of at most `MOST_NODES` along its longest side."""
     return _Nets(stock.thinned(stride_of(stock))).playback(np.zeros(0)).mesh()

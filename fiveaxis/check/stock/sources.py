@@ -6,7 +6,7 @@ import io
 import math
 import zipfile
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -15,19 +15,17 @@ from fiveaxis.base import (
     Array,
     JobError,
     MeshError,
+    MeshSource,
     SettingError,
     Unit,
     read_input,
     require_suffix,
     write_atomically,
 )
-from fiveaxis.cam import load_mesh
+from fiveaxis.cam import Mesh, load_mesh
 from fiveaxis.check.stock.dexels import Bundle, Stock, default_resolution
 from fiveaxis.check.stock.sweeping import BallSweep
 from fiveaxis.model import Tool, cutter_pieces, shapes
-
-if TYPE_CHECKING:
-    import trimesh
 
 # Crossings of a ray with a mesh for which there is room at first.
 FIRST_HITS = 16
@@ -64,12 +62,12 @@ def cylinder(foot: Array, axis: Array, radius: float, height: float, resolution:
     return stock
 
 
-def of_mesh(mesh: trimesh.Trimesh, resolution: float, *, name: str = "stock") -> Stock:
+def of_mesh(mesh: Mesh, resolution: float, *, name: str = "stock") -> Stock:
     """Make a stock of a mesh, mm; `MeshError` if it isn't closed."""
-    return fill(Stock.empty(np.array(mesh.bounds, dtype=float), resolution), mesh, name)
+    return fill(Stock.empty(mesh.bounds, resolution), mesh, name)
 
 
-def fill(stock: Stock, mesh: trimesh.Trimesh, name: str = "part") -> Stock:
+def fill(stock: Stock, mesh: Mesh, name: str = "part") -> Stock:
     """Fill an empty stock with what its rays have of a closed mesh, mm.
 
     Raises
@@ -79,7 +77,7 @@ def fill(stock: Stock, mesh: trimesh.Trimesh, name: str = "part") -> Stock:
     """
     if not mesh.is_watertight:
         raise MeshError(f"the {name}'s mesh isn't watertight, so it encloses no material to cut; repair it")
-    triangles = np.ascontiguousarray(mesh.triangles, dtype=float) - stock.low
+    triangles = mesh.triangles - stock.low
     for d in range(3):
         _fill_bundle(stock, d, triangles, name)
     return stock
@@ -108,7 +106,7 @@ def _fill_bundle(stock: Stock, d: int, triangles: Array, name: str) -> None:
     bundle.count[:] = many // 2
 
 
-def with_allowance(mesh: trimesh.Trimesh, allowance: float, resolution: float) -> Stock:
+def with_allowance(mesh: Mesh, allowance: float, resolution: float) -> Stock:
     """Make a stock of all points within an allowance, mm, above 0, of a closed mesh, mm.
 
     The points within a distance of a triangle are a swept ball: all triangles' are cut from a full grid, and
@@ -125,7 +123,7 @@ def with_allowance(mesh: trimesh.Trimesh, allowance: float, resolution: float) -
     for bundle, held in zip(around.bundles, part.bundles, strict=True):
         while remove_held(bundle.ends, bundle.cut_by, bundle.count, held.ends, held.count):
             bundle.grow()
-    triangles = np.asarray(mesh.triangles, dtype=float)
+    triangles = mesh.triangles
     nodes = np.concatenate([triangles, triangles[:, :2]], axis=1)
     every = np.full(len(nodes), TRIANGLE)
     around.cut(BallSweep(every, nodes, allowance, np.zeros(len(nodes), np.int64)), blocks=1)
@@ -139,8 +137,8 @@ def with_allowance(mesh: trimesh.Trimesh, allowance: float, resolution: float) -
 
 
 def load_stock(
-    given: str | Path | trimesh.Trimesh,
-    part: trimesh.Trimesh,
+    given: MeshSource,
+    part: Mesh,
     resolution: float | None = None,
     *,
     unit: Unit | None = None,
@@ -164,13 +162,14 @@ def load_stock(
     MeshError, JobError
         A mesh or file that can't be read, an open mesh.
     """
-    bounds = np.array(part.bounds, dtype=float)
+    bounds = part.bounds
 
     def step(size: Array) -> float:
         return default_resolution(bounds, size) if resolution is None else resolution
 
     if not isinstance(given, str | Path):
-        return of_mesh(given, step(np.asarray(given.extents)))
+        mesh = Mesh.of(given)
+        return of_mesh(mesh, step(mesh.extents))
     text = str(given)
     if names_file(text) and not names_mesh(text):
         return read_stock(text)
@@ -190,7 +189,7 @@ def load_stock(
     if figures:
         raise SettingError(f"stock {text!r}: write {FORMS}")
     mesh = load_mesh(text, unit=unit)
-    return of_mesh(mesh, step(np.asarray(mesh.extents)))
+    return of_mesh(mesh, step(mesh.extents))
 
 
 def names_file(given: str | Path) -> bool:

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fiveaxis.base import IntArray, SettingError, Severity
+from fiveaxis.cam import Mesh
 from fiveaxis.check.verification.check_context import WORDING, CheckContext
 from fiveaxis.check.verification.checks import largest
 from fiveaxis.check.verification.gouging import check_gouge
 from fiveaxis.check.verification.report import Result
 from fiveaxis.model import Interpolation, MoveKind
-
-if TYPE_CHECKING:
-    import trimesh
 
 # rad: a link in which no rotary axis turns by more is the same move under either interpolation.
 NO_TURN = 1e-9
@@ -87,9 +84,7 @@ class CheckedInterpolation:
 JOINT_ONLY = CheckedInterpolation(Interpolation.JOINT, Interpolation.JOINT)
 
 
-def check_gouges(
-    context: CheckContext, mesh: trimesh.Trimesh | None, interpolation: CheckedInterpolation
-) -> Result:
+def check_gouges(context: CheckContext, mesh: Mesh | None, interpolation: CheckedInterpolation) -> Result:
     """Run `check_gouge`, for links under both interpolations if `CheckedInterpolation.links` is set."""
     centre = context.toolpath.zone.height if interpolation.height is None else interpolation.height
     straight = interpolation.gouges is Interpolation.TCP

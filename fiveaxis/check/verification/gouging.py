@@ -5,21 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fiveaxis.base import JOB, Array, BoolArray, IntArray, angle_between, risk
-from fiveaxis.cam import Model, TriangleTree, load_mesh, mesh_size, model_of, size_text, tree_of
+from fiveaxis.base import JOB, Array, BoolArray, IntArray, MeshSource, angle_between, risk
+from fiveaxis.cam import Mesh, Model, TriangleTree, load_mesh, mesh_size, size_text, tree_of
 from fiveaxis.check.collision.scene import LENGTH, WATERTIGHT
 from fiveaxis.check.verification.check_context import CheckContext, Tolerances
 from fiveaxis.check.verification.checks import largest
 from fiveaxis.check.verification.cutting_body import CuttingBody
 from fiveaxis.check.verification.model import tool_poses
 from fiveaxis.check.verification.report import Result, left_out, violated
-
-if TYPE_CHECKING:
-    import trimesh
 
 NO_PART = risk("gouges: no mesh of the part was given", "part (--part)", JOB)
 # rad: largest turn of a rotary axis between two poses that are checked.
@@ -30,9 +26,7 @@ LITTLE = 1e-4
 MOST_ROUNDS = 40
 
 
-def check_gouge(
-    context: CheckContext, part: str | Path | trimesh.Trimesh | None, *, tcp_height: float | None = None
-) -> Result:
+def check_gouge(context: CheckContext, part: MeshSource | None, *, tcp_height: float | None = None) -> Result:
     """Check that the cutter stays out of the part, at the locations and in the moves between them.
 
     Its depth may be `Tolerances.row_gouge` at a location and `Tolerances.chord_gouge` within a move, in links
@@ -52,7 +46,7 @@ def check_gouge(
     """
     if part is None:
         return left_out("gouge", {"gouge_depth_mm": None}, NO_PART)
-    mesh = load_mesh(part, allow_open=True) if isinstance(part, str | Path) else part
+    mesh = load_mesh(part, allow_open=True) if isinstance(part, str | Path) else Mesh.of(part)
     tolerances, body = context.tolerances, CuttingBody.of(context.toolpath.tool)
     here, within = gouge_depths(context, mesh, tcp_height=tcp_height)
     inserted = context.constraints.inserted
@@ -90,14 +84,14 @@ def check_gouge(
 def _what_was_checked(
     name: str,
     body: CuttingBody,
-    mesh: trimesh.Trimesh,
+    mesh: Mesh,
     tolerances: Tolerances,
     allowed: float,
     tcp_height: float | None,
 ) -> str:
     point = f"the point {tcp_height:g} mm above its tip" if tcp_height else "its tip"
     how = "with all axes linear in time" if tcp_height is None else f"with {point} moving straight"
-    what, model = f"the part's mesh ({size_text(mesh_size(mesh))})", model_of(mesh)
+    what, model = f"the part's mesh ({size_text(mesh_size(mesh))})", mesh.model
     if model is not None:
         what += f", which is within {model.deviation:.2g} mm of the model's surfaces"
         what += ", and against these where that leaves a doubt,"
@@ -200,9 +194,9 @@ class PartDepths:
     doubtful: tuple[float, float]
 
     @classmethod
-    def of(cls, body: CuttingBody, mesh: trimesh.Trimesh, tolerances: Tolerances) -> PartDepths:
+    def of(cls, body: CuttingBody, mesh: Mesh, tolerances: Tolerances) -> PartDepths:
         """Prepare the measurement in a mesh in mm."""
-        model = model_of(mesh)
+        model = mesh.model
         margin = 0.0 if model is None else model.deviation
         allowed = tolerances.gouge, tolerances.location_gouge, tolerances.row_gouge, tolerances.chord_gouge
         return cls(body, tree_of(mesh), model, (min(allowed) - margin, max(allowed) + margin))
@@ -219,7 +213,7 @@ class PartDepths:
 
 
 def gouge_depths(
-    context: CheckContext, mesh: trimesh.Trimesh, *, tcp_height: float | None = None
+    context: CheckContext, mesh: Mesh, *, tcp_height: float | None = None
 ) -> tuple[Array, Array]:
     """Measure how deep the cutter reaches into the part.
 
@@ -320,9 +314,7 @@ def _search(moves: MovePoses, parts: MoveParts, here: Array, within: Array, part
         first, last = np.concatenate([first, depth]), np.concatenate([depth, last])
 
 
-def _sink_enclosed(
-    here: Array, within: Array, context: CheckContext, body: CuttingBody, mesh: trimesh.Trimesh
-) -> None:
+def _sink_enclosed(here: Array, within: Array, context: CheckContext, body: CuttingBody, mesh: Mesh) -> None:
     """Compute the depth of locations deep inside the part, beyond the reach of any triangle.
 
     The cutter can't cross the surface without touching it, so all locations of a run without contact lie on

@@ -4,20 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fiveaxis.base import IntArray
-from fiveaxis.cam import make_patches
+from fiveaxis.cam import Mesh, make_patches
 from fiveaxis.check.verification.check_context import CheckContext, PathConstraints, make_context
 from fiveaxis.check.verification.following import Match
 from fiveaxis.check.verification.gouging import gouge_depths
 from fiveaxis.check.verification.report import Result, violated
 from fiveaxis.model import Toolpath
-
-if TYPE_CHECKING:
-    import trimesh
 
 # mm: size of the piece of the surface that stands for it at a contact point.
 PIECE = 0.02
@@ -47,7 +43,7 @@ def check_outside(context: CheckContext, match: Match, tcp_height: float | None)
 
 
 def _check_side(
-    context: CheckContext, surface: trimesh.Trimesh, rows: IntArray, end: int, tcp_height: float | None
+    context: CheckContext, surface: Mesh, rows: IntArray, end: int, tcp_height: float | None
 ) -> Result:
     """Check consecutive rows, (m,), of which the one at `end` is at a location of the path.
 
@@ -75,7 +71,7 @@ def _check_side(
     )
 
 
-def surface_at_contacts(path: Toolpath) -> trimesh.Trimesh | None:
+def surface_at_contacts(path: Toolpath) -> Mesh | None:
     """Return pieces of the surface that a path cuts, at its contact points; None where none is known."""
     known = path.cutting & np.isfinite(path.contact).all(axis=1) & np.isfinite(path.normal).all(axis=1)
     return make_patches(path.contact[known], path.normal[known], PIECE) if known.any() else None

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from fiveaxis.base import CREASE, JOB, SURFACE_TOLERANCE, Array, Coordinates, Gap, SettingError, Unit, risk
-from fiveaxis.cam import find_contacts
+from fiveaxis.cam import Mesh, find_contacts
 from fiveaxis.check.collision.surroundings import Surroundings
 from fiveaxis.check.verification.check_context import (
     DEFAULT_TOLERANCES,
@@ -25,9 +25,6 @@ from fiveaxis.check.verification.model import tool_poses
 from fiveaxis.check.verification.report import Result, left_out
 from fiveaxis.model import Constraints, Machine, Motion, Tool, Toolpath, interpolate, turned
 from fiveaxis.nc import ReadMotion, RequiredTechnology, TracedProgram
-
-if TYPE_CHECKING:
-    import trimesh
 
 
 class Requested(Protocol):
@@ -152,9 +149,7 @@ def check_program_feeds(context: CheckContext, rows: ProgramRows) -> Iterator[Re
         )
 
 
-def check_program_lean(
-    context: CheckContext, rows: ProgramRows, part: trimesh.Trimesh | None
-) -> Iterator[Result]:
+def check_program_lean(context: CheckContext, rows: ProgramRows, part: Mesh | None) -> Iterator[Result]:
     """Check the tool's lean where the directions that it refers to are known.
 
     These are the path's at its locations or, without a path, the normals of the part where the cutter touches

@@ -19,7 +19,7 @@ from string import Template
 from threading import Thread
 from typing import TYPE_CHECKING, Any
 
-from fiveaxis.base import CadFile, Finding, SettingError, group_findings, write_atomically
+from fiveaxis.base import CadFile, Finding, MeshSource, SettingError, group_findings, write_atomically
 from fiveaxis.posture import Optimum
 from fiveaxis.show.viewer.moves import NO_LINE, ShownProgram, Side, choose_sides, find_stops, shown_result
 from fiveaxis.show.viewer.payload import VIRIDIS, Recorder, describe_show, pack_payload
@@ -29,8 +29,6 @@ from fiveaxis.show.viewer.stock import PlayedStock
 from fiveaxis.show.viewer.whole import WholeProgram
 
 if TYPE_CHECKING:
-    import trimesh
-
     from fiveaxis.check import Surroundings
 
 logger = logging.getLogger(__name__)
@@ -66,7 +64,7 @@ def write_preview(
     path: str | Path,
     *,
     program: ShownProgram | None = None,
-    part: str | Path | trimesh.Trimesh | None = None,
+    part: MeshSource | None = None,
     surroundings: Surroundings | None = None,
     findings: Sequence[Finding] = (),
     cad: CadFile = CadFile(),
@@ -102,7 +100,7 @@ def render_page(
     solution: Optimum | WholeProgram,
     *,
     program: ShownProgram | None = None,
-    part: str | Path | trimesh.Trimesh | None = None,
+    part: MeshSource | None = None,
     surroundings: Surroundings | None = None,
     findings: Sequence[Finding] = (),
     cad: CadFile = CadFile(),
@@ -347,7 +345,7 @@ def preview(
     solution: Optimum | WholeProgram,
     *,
     program: ShownProgram | None = None,
-    part: str | Path | trimesh.Trimesh | None = None,
+    part: MeshSource | None = None,
     surroundings: Surroundings | None = None,
     findings: Sequence[Finding] = (),
     open_browser: bool | None = None,

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fiveaxis.base import Array, CadFile, Finding, Severity, inverse_transform
-from fiveaxis.cam import Model, load_mesh, model_of
+from fiveaxis.base import Array, CadFile, Finding, MeshSource, Severity, inverse_transform
+from fiveaxis.cam import Mesh, Model, load_mesh
 from fiveaxis.check import Standing, Surroundings, box_corners, with_nose, with_stated_table
 from fiveaxis.model import BED, CUTTER, HOLDER, SHANK, Body, Machine, Tool, Toolpath, link_poses, tool_poses
 from fiveaxis.show.viewer.moves import Side, shown_points
@@ -27,20 +27,19 @@ from fiveaxis.show.viewer.solids import (
     make_geometry,
     mesh_geometry,
     pose_of,
-    revolve,
     scatter_marks,
 )
 from fiveaxis.show.viewer.whole import UNKNOWN, WholeProgram
 
 if TYPE_CHECKING:
-    import trimesh
-
     from fiveaxis.posture import Optimum
 
 ROOT = "fiveaxis"
 STAGE = f"{ROOT}/stage"
 # Radius of a finding's mark, as a share of the path's size.
 MARK = 0.018
+# Sectors of a turn of the tool's parts.
+SECTORS = 36
 BACKGROUND = ((0.16, 0.18, 0.22), (0.09, 0.10, 0.12))
 CAMERA = (1.75, 1.05, 1.75)  # x, up, -y
 # Rows at which the space that the tool and the part need is looked at.
@@ -113,7 +112,7 @@ def build_scene(
     vis: Any,
     solution: Optimum | WholeProgram,
     sides: Sequence[Side],
-    part: str | Path | trimesh.Trimesh | None = None,
+    part: MeshSource | None = None,
     *,
     surroundings: Surroundings | None = None,
     findings: Sequence[Finding] = (),
@@ -148,7 +147,7 @@ def build_scene(
     model = None
     if mesh is not None:
         add_part(vis, workpiece, mesh)
-        model = model_of(mesh)
+        model = mesh.model
     if model is not None:
         add_numbers(vis, workpiece, model)
     add_surroundings(vis, workpiece, around)
@@ -228,8 +227,8 @@ def _set_stage(vis: Any, size: float) -> None:
 
 
 def gather(
-    part: str | Path | trimesh.Trimesh | None, surroundings: Surroundings | None, cad: CadFile = CadFile()
-) -> tuple[trimesh.Trimesh | None, Surroundings]:
+    part: MeshSource | None, surroundings: Surroundings | None, cad: CadFile = CadFile()
+) -> tuple[Mesh | None, Surroundings]:
     """Return the part to show, and the surroundings without it.
 
     Parameters
@@ -246,13 +245,11 @@ def gather(
     around = surroundings or Surroundings()
     shown = around.part if part is None else part
     if isinstance(shown, str | Path):
-        mesh = load_mesh(shown, allow_open=True, mesh_tolerance=cad.mesh_tolerance, body=cad.body)
-    else:
-        mesh = shown
-    return mesh, replace(around, part=None)
+        shown = load_mesh(shown, allow_open=True, mesh_tolerance=cad.mesh_tolerance, body=cad.body)
+    return None if shown is None else Mesh.of(shown), replace(around, part=None)
 
 
-def add_part(vis: Any, root: str, mesh: trimesh.Trimesh) -> None:
+def add_part(vis: Any, root: str, mesh: Mesh) -> None:
     """Add the finished part, half transparent."""
     geometry = mesh_geometry(mesh.vertices, mesh.faces, MOST_PART_TRIANGLES)
     look = {"color": PART_COLOUR, "opacity": 0.55, "flatShading": True, "depthWrite": False}
@@ -303,7 +300,8 @@ def add_tool(vis: Any, node: str, tool: Tool, length: float = 0.0) -> None:
     for part, outline in tool_outlines(tool, length).items():
         name = f"{node}/{part}"
         colour = {CUTTER: CUTTER_COLOUR, HOLDER: HOLDER_COLOUR}.get(part, SHANK_COLOUR)
-        geometry = shapes.TriangularMeshGeometry(*revolve(outline))
+        body = Mesh.revolved(outline, SECTORS)
+        geometry = shapes.TriangularMeshGeometry(body.vertices, body.faces)
         _add(vis, name, name, geometry, color=colour, flatShading=False)
 
 

@@ -93,25 +93,6 @@ def is_flat(shape: Shape) -> bool:
     return isinstance(shape, MeshShape)
 
 
-def revolve(outline: Array, sectors: int = 36) -> tuple[Array, IntArray]:
-    """Make the closed body of revolution of an outline about the z axis.
-
-    Parameters
-    ----------
-    outline : (m, 2), mm, distance from the axis and height, from the bottom up
-    sectors : of a turn
-
-    Returns
-    -------
-    vertices : (v, 3), mm
-    faces : (f, 3), indices of vertices, anticlockwise seen from outside
-    """
-    import trimesh
-
-    body = trimesh.creation.revolve(np.vstack([outline, [[0.0, outline[-1, 1]]]]), sections=sectors)
-    return np.asarray(body.vertices), np.asarray(body.faces)
-
-
 def scatter_marks(points: Array, radius: float) -> tuple[Array, IntArray]:
     """Make one mesh, (6 m, 3) mm and (8 m, 3), with an octahedron at every point, (m, 3) mm."""
     vertices = (points[:, None] + radius * CORNERS).reshape(-1, 3)
@@ -136,8 +117,6 @@ def thin_mesh(vertices: Array, faces: IntArray, most: int) -> tuple[Array, IntAr
 
 
 def _merge_cells(vertices: Array, faces: IntArray, cells: int) -> tuple[Array, IntArray]:
-    from trimesh.grouping import unique_rows
-
     low, size = vertices.min(axis=0), float(np.ptp(vertices, axis=0).max())
     x, y, z = np.round((vertices - low) / size * cells).astype(np.int64).T
     # One number per cell, as unique rows take a hundred times as long.
@@ -147,4 +126,6 @@ def _merge_cells(vertices: Array, faces: IntArray, cells: int) -> tuple[Array, I
     joined = merged[faces]
     a, b, c = joined.T
     kept = joined[(a != b) & (b != c) & (c != a)]
-    return vertices[first], kept[np.sort(unique_rows(np.sort(kept, axis=1))[0])]
+    a, b, c = np.sort(kept, axis=1).T
+    _, pair = np.unique(a * len(first) + b, return_inverse=True)
+    return vertices[first], kept[np.sort(np.unique(pair * len(first) + c, return_index=True)[1])]

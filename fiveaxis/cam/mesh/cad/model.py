@@ -6,20 +6,16 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from fiveaxis.base import Array, BoolArray, IntArray, at_once, normalise
 from fiveaxis.cam.mesh.cad.records import Face, Foot, Surfaces, Triangles, Trims
 from fiveaxis.cam.mesh.distance import TriangleTree
+from fiveaxis.cam.mesh.mesh import Mesh
 from fiveaxis.cam.mesh.surface import barycentric, facet_normals
 
-if TYPE_CHECKING:
-    import trimesh
-
-# Key of a mesh's metadata under which its model is kept.
-KEY = "fiveaxis.model"
 # mm: vertices of a mesh may be moved so far by merging them.
 MERGED = 1e-6
 # Rows of a task of a thread.
@@ -140,12 +136,9 @@ class Model:
         ends = np.searchsorted(both[:, 0], np.arange(len(self.faces) + 1))
         return tuple(tuple(both[a:b, 1].tolist()) for a, b in pairwise(ends))
 
-    def mesh(self) -> trimesh.Trimesh:
+    def mesh(self) -> Mesh:
         """Return the triangles as a mesh in mm that knows this model; its vertices aren't merged."""
-        import trimesh
-
-        rows = np.arange(3 * len(self.corners)).reshape(-1, 3)
-        return with_model(trimesh.Trimesh(self.corners.reshape(-1, 3), rows, process=False), self)
+        return Mesh(self.corners.reshape(-1, 3), np.arange(3 * len(self.corners)).reshape(-1, 3), self)
 
     def evaluate(self, face: int | IntArray, uv: Array) -> Array:
         """Evaluate S, Su, Sv, Suu, Suv, Svv at parameters, (n, 2), of a face or (n,) faces; (n, 6, 3) mm."""
@@ -264,22 +257,6 @@ class Model:
             inwards = uv[poles] + OFF_POLE * (middle - uv[poles])
             values[poles] = self.evaluate(faces[poles], inwards)
         return values
-
-
-def with_model(mesh: trimesh.Trimesh, model: Model | None) -> trimesh.Trimesh:
-    """Let a mesh know the model that it is made of, in place, and return it."""
-    if model is not None:
-        mesh.metadata[KEY] = model
-    return mesh
-
-
-def model_of(mesh: trimesh.Trimesh) -> Model | None:
-    """Return the exact model behind a mesh; None if there is none, or the mesh isn't as it was made of it."""
-    model = mesh.metadata.get(KEY)
-    if not isinstance(model, Model) or len(mesh.faces) != len(model.corners):
-        return None
-    same = np.abs(np.asarray(mesh.triangles) - model.corners).max(initial=0.0) <= MERGED
-    return model if same else None
 
 
 def _all(face: int | IntArray, count: int) -> IntArray:

@@ -11,7 +11,7 @@ from support.left_over_material import left_over
 
 from fiveaxis.base import angle_between
 from fiveaxis.base.errors import MeshError
-from fiveaxis.cam import PlanOptions, load_mesh, model_of, path_quality, plan_contour, plan_passes
+from fiveaxis.cam import PlanOptions, load_mesh, path_quality, plan_contour, plan_passes
 from fiveaxis.job import make_job, run_job
 from fiveaxis.model import Tool, Toolpath, parse_tool
 
@@ -80,7 +80,7 @@ def test_contacts_lie_on_closed_forms_and_ridges_are_as_high_as_asked(parts, nam
     assert np.degrees(angle_between(path.normal[path.cutting], normal)).max() < TURNED
     found = path_quality(path, part, strategy="flow", faces="1")
     assert found.scallop_largest == pytest.approx(scallop, rel=0.05)
-    left = left_over(path, model_of(part), [0])
+    left = left_over(path, part.model, [0])
     assert left.max() < 1.06 * scallop
 
 
@@ -116,7 +116,7 @@ def test_other_cutters_leave_no_higher_ridges_and_not_much_lower_ones(
 @pytest.mark.parametrize("along", [None, "u", "v"])
 def test_trimmed_faces_are_cut_up_to_slanted_borders_and_round_holes(parts, along):
     part, scallop = mesh(parts / "slanted.step"), 0.01
-    exact = model_of(part)
+    exact = part.model
     walls = [i for i, face in enumerate(exact.faces) if face.kind == "cylinder" and face.area > 1000.0]
     assert len(walls) == 1
     path = plan_contour(
@@ -128,7 +128,7 @@ def test_trimmed_faces_are_cut_up_to_slanted_borders_and_round_holes(parts, alon
 
 def test_a_blade_of_four_faces_is_cut_around(parts):
     part = mesh(parts / "blade.step")
-    exact = model_of(part)
+    exact = part.model
     passes = passes_of(part, faces=BLADE, scallop=0.05)
     for contact, normal in passes:
         assert set(exact.nearest(contact[::5]).face) == {0, 1, 2, 3}
@@ -144,7 +144,7 @@ def test_one_spiral_winds_around_a_blade_and_leaves_no_higher_ridges(parts):
     plan = plan_passes(part, Tool.ball(6), PlanOptions(spiral=True, **options))
     assert len(plan.first) == 1
     path = plan.toolpath
-    foot = model_of(part).nearest(path.contact[path.cutting])
+    foot = part.model.nearest(path.contact[path.cutting])
     assert foot.distance.max() < OFF
     # Where faces meet, at whole numbers of u, their normals differ a little.
     inside = np.abs(foot.uv[:, 0] - np.round(foot.uv[:, 0])) > 1e-6
@@ -212,7 +212,7 @@ def test_faces_without_overhangs_say_so(parts):
 @pytest.mark.slow
 def test_faces_of_the_propeller_are_cut_as_far_as_the_ball_has_room(data):
     part = data / "step" / "propeller_d.step"
-    exact = model_of(load_mesh(part))
+    exact = load_mesh(part).model
     path = plan_contour(part, Tool.ball(6), strategy="flow", faces="12", scallop=0.01)
     contact = path.contact[path.cutting]
     foot = exact.nearest(contact, np.full(len(contact), 11))

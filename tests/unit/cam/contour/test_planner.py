@@ -8,7 +8,7 @@ import trimesh
 
 from fiveaxis.base import angle_between
 from fiveaxis.base.errors import Infeasible, MeshError, SettingError
-from fiveaxis.cam import PlanOptions, TriangleTree, load_mesh, plan_contour, plan_passes
+from fiveaxis.cam import PlanOptions, TriangleTree, plan_contour, plan_passes
 from fiveaxis.cam.contour.linking import LINK_SPACING
 from fiveaxis.model import Tool, Toolpath
 
@@ -262,7 +262,7 @@ def test_the_example_part_gives_a_short_path_on_its_overhang():
     # One closed pass on each of ten levels, and no ball below the table.
     assert runs_of_links(path) == 11
     assert (path.pivot[:, 2] - 4.0).min() > 0.0
-    assert lowest_gap(path, load_mesh(part)) >= -0.01
+    assert lowest_gap(path, trimesh.load_mesh(part)) >= -0.01
 
 
 @pytest.mark.slow
@@ -270,7 +270,7 @@ def test_several_bodies_of_someone_else_are_never_gouged(data):
     part = data / "meshes" / "supportless_sample.stl"
     path = plan_contour(part, Tool.ball(6), stepdown=4.0)
     assert path.cutting.sum() > 5000
-    assert lowest_gap(path, load_mesh(part)) >= -0.01
+    assert lowest_gap(path, trimesh.load_mesh(part)) >= -0.01
 
 
 def test_the_bunny_is_planned_only_when_open_meshes_are_allowed(data):

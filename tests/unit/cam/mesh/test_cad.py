@@ -1,6 +1,5 @@
 """Exact surfaces of CAD files against closed forms, brute force and Open Cascade; broken files."""
 
-import copy
 import pickle
 import shutil
 import subprocess
@@ -18,7 +17,7 @@ from support.cad_models import model
 import fiveaxis as fx
 from fiveaxis.base import CadFile
 from fiveaxis.base.errors import MeshError, MissingDependency, SettingError
-from fiveaxis.cam import Model, load_mesh, model_of, path_quality, tree_of
+from fiveaxis.cam import Mesh, Model, load_mesh, path_quality, tree_of
 from fiveaxis.cam.mesh.cad import loading
 from fiveaxis.cam.mesh.cad.choice import survey
 from fiveaxis.cam.mesh.loading import check_mesh
@@ -312,15 +311,13 @@ def test_without_open_cascade_the_error_says_how_to_install_it(parts, tmp_path, 
         load_mesh(copied)
 
 
-def test_a_mesh_keeps_its_model_until_it_is_changed(parts):
+def test_a_mesh_keeps_its_model_until_its_triangles_are_turned(parts):
     mesh = read(parts / "cone.step")
-    own = model_of(mesh)
-    for kept in (mesh.copy(), copy.deepcopy(mesh), check_mesh(mesh, name="part")):
-        assert model_of(kept) is own
-    assert model_of(pickle.loads(pickle.dumps(mesh))).deviation == own.deviation
-    moved = mesh.copy()
-    moved.apply_translation([1.0, 0.0, 0.0])
-    assert model_of(moved) is None
+    own = mesh.model
+    assert check_mesh(mesh, name="part").model is own
+    assert pickle.loads(pickle.dumps(mesh)).model.deviation == own.deviation
+    inside_out = Mesh(mesh.vertices, mesh.faces[:, ::-1], own)
+    assert check_mesh(inside_out, name="part").model is None
 
 
 def test_the_survey_finds_hollows_and_overhangs(parts):
@@ -345,8 +342,7 @@ def test_a_gouge_that_the_mesh_would_hide_is_found(parts):
     axes, floors = np.tile(-down, (200, 1)), np.full(200, -1.0)
     depths = PartDepths.of(body, mesh, Tolerances()).measure(tips, axes, floors)
     assert depths == pytest.approx(np.full(200, 0.015), abs=1e-9)
-    bare = mesh.copy()
-    bare.metadata.clear()
+    bare = Mesh(mesh.vertices, mesh.faces)
     assert (PartDepths.of(body, bare, Tolerances()).measure(tips, axes, floors) < 0.01).mean() > 0.5
 
 
@@ -403,7 +399,7 @@ def test_a_sharp_edge_sinks_as_deep_as_the_deepest_of_many_points_of_the_surface
     mesh, tool = read(parts / f"{name}.step", mesh_tolerance=0.1), parse_tool("flat:6")
     on, tips, axes = leaning_into(ON[name], tool, 0.015, count=8)
     found = PartDepths.of(CuttingBody.of(tool), mesh, Tolerances()).measure(tips, axes, np.full(8, -1.0))
-    part = model_of(mesh)
+    part = mesh.model
     wall = max(range(len(part.faces)), key=lambda face: part.faces[face].area)
     uv = part.nearest(on, np.full(8, wall)).uv
     for k in range(8):
@@ -426,7 +422,7 @@ def test_every_call_that_takes_a_part_takes_a_body_of_its_file(parts, hayashi):
     path = fx.plan_contour(two, fx.Tool.ball(6), stepdown=7.0, spacing=4.0, faces="7", **taken)
     assert path.contact[path.cutting][:, 0].min() > 44.0
     solution = fx.optimise(path, hayashi, tilt=(15, 75), part=two, effort="quick", crease=20.0, **taken)
-    part = model_of(solution.surroundings.part)
+    part = solution.surroundings.part.model
     assert [face.kind for face in part.faces] == ["sphere"]
     assert part.deviation > model(two, body="2").deviation
     report = fx.verify(solution.motion, solution.machine, path, part=two, tilt=(15, 75), **taken)

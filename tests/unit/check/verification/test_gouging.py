@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from fiveaxis.cam import TriangleTree, load_mesh, plan_contour
+from fiveaxis.cam import Mesh, TriangleTree, load_mesh, plan_contour
 from fiveaxis.check import PathConstraints, verify
 from fiveaxis.check.verification.check_context import DEFAULT_TOLERANCES, make_context
 from fiveaxis.check.verification.cutting_body import CuttingBody
@@ -173,7 +173,7 @@ def test_a_turn_between_two_good_locations_sweeps_the_flank_into_the_part(hayash
     rotary = np.unwrap(rotary_angles(hayashi, path.axis)[1], axis=0)
     motion = follow(path, hayashi, rotary)
     context = make_context(motion, hayashi, path, None, DEFAULT_TOLERANCES)
-    _, within = gouge_depths(context, box, tcp_height=path.zone.height)
+    _, within = gouge_depths(context, Mesh.of(box), tcp_height=path.zone.height)
     shares = np.linspace(0.0, 1.0, 401)[1:-1]
     moves = MovePoses(context, path.zone.height, tool.cutter.outline())
     poses = moves.poses(np.ones(len(shares), dtype=int), shares)
@@ -191,7 +191,7 @@ def test_a_block_that_passes_through_the_cutter_from_above_is_found(hayashi, too
     block = trimesh.creation.box(extents=(1.0, 1.0, 1.0))
     block.apply_translation([1.0, 0.0, 12.0])
     context = make_context(upright(path, hayashi), hayashi, path, None, DEFAULT_TOLERANCES)
-    here, within = gouge_depths(context, block)
+    here, within = gouge_depths(context, Mesh.of(block))
     assert (here < 0.0).all()
     assert within[1] > 1.0
 
@@ -203,8 +203,8 @@ def test_linear_axes_leave_the_straight_path_of_the_centre(hayashi, box):
     first, last = (rotary_angles(hayashi, leant_axis(a))[1][0] for a in (25.0, 65.0))
     motion = follow(path, hayashi, np.array([first, last]))
     context = make_context(motion, hayashi, path, None, DEFAULT_TOLERANCES)
-    _, straight = gouge_depths(context, box, tcp_height=path.zone.height)
-    _, linear = gouge_depths(context, box, tcp_height=None)
+    _, straight = gouge_depths(context, Mesh.of(box), tcp_height=path.zone.height)
+    _, linear = gouge_depths(context, Mesh.of(box), tcp_height=None)
     assert straight[1] == pytest.approx(0.0, abs=1e-9)
     assert abs(linear[1]) > 0.1
 
@@ -223,7 +223,7 @@ def test_a_control_that_moves_the_tip_straight_displaces_the_ball(hayashi):
     ceiling.apply_translation((RADIUS + 10.0) * towards)
     bulge = RADIUS * (1.0 - np.cos(half)) * np.cos(tilt)
     for tcp_height, depth in ((RADIUS, 0.0), (0.0, bulge)):
-        here, within = gouge_depths(context, ceiling, tcp_height=tcp_height)
+        here, within = gouge_depths(context, Mesh.of(ceiling), tcp_height=tcp_height)
         assert here == pytest.approx(0.0, abs=1e-6)
         assert within[1] == pytest.approx(depth, abs=0.005)
 
@@ -247,7 +247,7 @@ def test_linear_axes_bulge_between_ends_that_coincide(hayashi, arm, step):
     wall = trimesh.creation.box(extents=(20.0, 100.0, 100.0))
     wall.apply_transform(trimesh.geometry.align_vectors([1.0, 0.0, 0.0], aside[0]))
     wall.apply_translation([0.0, 0.0, arm] + aside[0] / bulge * (RADIUS + 10.0))
-    here, deepest = gouge_depths(context, wall, tcp_height=None)
+    here, deepest = gouge_depths(context, Mesh.of(wall), tcp_height=None)
     assert here == pytest.approx(0.0, abs=1e-6)
     if bulge > DEFAULT_TOLERANCES.chord_gouge:
         assert deepest[1:] == pytest.approx(bulge, abs=0.005)

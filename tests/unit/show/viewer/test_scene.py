@@ -4,18 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import trimesh
 import umsgpack
 
 from fiveaxis.base.errors import MeshError
 from fiveaxis.base.findings import Finding, Place, Severity
+from fiveaxis.cam import Mesh
 from fiveaxis.check import Fixture, Surroundings
 from fiveaxis.model import Box, Cylinder, MoveKind, Tool, parse_tool, tool_poses
 from fiveaxis.model.toolpath.tool import Holder, Section
 from fiveaxis.show.viewer.moves import LIFT, choose_sides, shown_points
 from fiveaxis.show.viewer.payload import Recorder
 from fiveaxis.show.viewer.scene import FIXTURE_COLOUR, PART_COLOUR, STOCK_COLOUR, build_scene, tool_outlines
-from fiveaxis.show.viewer.solids import load_meshcat, revolve, scatter_marks
+from fiveaxis.show.viewer.solids import load_meshcat, scatter_marks
 
 # mm: single precision, as used by browsers, up to a metre away.
 SINGLE = 1e-4
@@ -73,10 +73,9 @@ def test_the_part_may_be_a_file_and_a_missing_one_is_an_error(solution, part, tm
 
 def test_a_turned_outline_is_a_closed_body_of_its_volume():
     outline = parse_tool("bull:16:4").outline()
-    vertices, faces = revolve(np.vstack([outline, [[8.0, 30.0]]]), sectors=360)
-    body = trimesh.Trimesh(vertices, faces)
-    body.update_faces(body.nondegenerate_faces())  # at the axis a ring is one point
-    assert body.is_volume
+    body = Mesh.revolved(np.vstack([outline, [[8.0, 30.0]]]), 360)
+    assert body.is_watertight
+    assert body.is_winding_consistent
     disc, corner = np.pi * 64.0 * 26.0, np.pi * 16.0 * 4.0
     ring = 2.0 * np.pi * (np.pi * 16.0 / 4.0) * (4.0 + 4.0 * 4.0 / (3.0 * np.pi))
     assert body.volume == pytest.approx(disc + corner + ring, rel=2e-3)
@@ -106,8 +105,9 @@ def test_marks_are_one_object_per_severity_at_the_findings_locations(solution):
 
 def test_a_mark_is_a_closed_body():
     vertices, faces = scatter_marks(np.array([[0.0, 0.0, 0.0], [10.0, 0.0, 0.0]]), 2.0)
-    body = trimesh.Trimesh(vertices, faces)
-    assert body.is_volume
+    body = Mesh(vertices, faces)
+    assert body.is_watertight
+    assert body.is_winding_consistent
     assert body.volume == pytest.approx(2.0 * 4.0 / 3.0 * 2.0**3)
 
 
