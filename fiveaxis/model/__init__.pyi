@@ -122,7 +122,6 @@ from .motion.motion import motion_digest as motion_digest
 from .motion.motion import require_along as require_along
 from .motion.planes import AXIS_TOLERANCE as AXIS_TOLERANCE
 from .motion.planes import FASTEST as FASTEST
-from .motion.planes import AxisPlanes as AxisPlanes
 from .motion.program_motion import FIRST as FIRST
 from .motion.program_motion import LAST as LAST
 from .motion.program_motion import Interpolation as Interpolation

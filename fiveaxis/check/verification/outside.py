@@ -17,6 +17,8 @@ from fiveaxis.model import Toolpath
 
 # mm: size of the piece of the surface that stands for it at a contact point.
 PIECE = 0.02
+# mm along the path: pieces closer to each other tell nothing more, and a path of such steps may be long.
+APART = 0.05
 # mm: the least depth that counts: the cutter may touch at the contact where it leads in.
 DEEP = 0.1
 
@@ -74,4 +76,9 @@ def _check_side(
 def surface_at_contacts(path: Toolpath) -> Mesh | None:
     """Return pieces of the surface that a path cuts, at its contact points; None where none is known."""
     known = path.cutting & np.isfinite(path.contact).all(axis=1) & np.isfinite(path.normal).all(axis=1)
-    return make_patches(path.contact[known], path.normal[known], PIECE) if known.any() else None
+    if not known.any():
+        return None
+    contact, normal = path.contact[known], path.normal[known]
+    run = np.cumsum(np.linalg.norm(np.diff(contact, axis=0, prepend=contact[:1]), axis=1))
+    kept = np.diff(np.floor(run / APART), prepend=-1.0) > 0.0
+    return make_patches(contact[kept], normal[kept], PIECE)

@@ -50,7 +50,8 @@ def tool_axes(machine: Machine, rotary: Array) -> Array:
     """
     rotaries = machine.rotaries
     columns = [rotaries.index(j.letter) if j.is_rotary else -1 for j in machine.chain.joints]
-    return _poses(machine, columns, np.asarray(rotary, dtype=float))[1]
+    # A copy lets go of the tips.
+    return _poses(machine, columns, np.asarray(rotary, dtype=float))[1].copy()
 
 
 def linear_positions(machine: Machine, tip: Array, rotary: Array) -> Array:

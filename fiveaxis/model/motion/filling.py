@@ -66,16 +66,22 @@ class Filling:
         tilt = constraints.angles or (0.0, 0.0)
         return cls(interpolation, tuple(constraints.hold), constraints.singular_cone or 0.0, turn, tilt[0])
 
-    def fill(self, toolpath: Toolpath, machine: Machine, motion: Motion) -> Fill:
-        """Insert the locations that keep the tool on its path; those inside rapid moves get no block.
+    def planes(self, toolpath: Toolpath, machine: Machine, motion: Motion) -> AxisPlanes:
+        """Choose the moves that are filled in the plane of their tool axes.
 
-        Bounds on rotary axes take precedence over the plane of the tool axis. A program that is revised in
-        its own lines (`Toolpath.slack`) keeps to its own interpolation, and to no planes.
+        Bounds on rotary axes take precedence over the plane. A program that is revised in its own lines
+        (`Toolpath.slack`) keeps to no planes.
         """
         rotary = motion.positions[:, machine.rotary_columns]
         planes = AxisPlanes.of(toolpath, machine, rotary, hold=self.hold, cone=self.cone)
-        if toolpath.slack is not None:
-            planes = replace(planes, kept=np.zeros_like(planes.kept))
+        return planes if toolpath.slack is None else replace(planes, kept=np.zeros_like(planes.kept))
+
+    def fill(self, toolpath: Toolpath, machine: Machine, motion: Motion) -> Fill:
+        """Insert the locations that keep the tool on its path; those inside rapid moves get no block.
+
+        A program that is revised in its own lines (`Toolpath.slack`) keeps to its own interpolation.
+        """
+        rotary, planes = motion.positions[:, machine.rotary_columns], self.planes(toolpath, machine, motion)
         least = self.least_tilt
         path, filled, row = fill_in(toolpath, machine, rotary, tcp=self._tcp, planes=planes, least_tilt=least)
         if path is not toolpath:

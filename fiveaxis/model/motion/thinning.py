@@ -34,6 +34,8 @@ FARTHEST_OUT = math.sin(AXIS_TOLERANCE / BETWEEN)
 SHORTEST = 1e-9
 # Rounding, in mm and rad, and as a share of speeds.
 ROUNDING = 5e-7
+# Locations whose band is computed at once.
+PART = 100_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,18 +127,6 @@ class _Course:
         return self.motion.positions[:, self.machine.rotary_columns]
 
     @cached_property
-    def poses(self) -> tuple[Array, Array]:
-        """Tip, mm, and tool axis, (n, 3) each, workpiece frame."""
-        return tool_poses(self.machine, self.motion.positions)
-
-    @cached_property
-    def middle_axes(self) -> Array:
-        """(n, 3), unit vectors: the tool axis halfway in the move to each row."""
-        return tool_axes(
-            self.machine, self.rotary - np.diff(self.rotary, axis=0, prepend=self.rotary[:1]) / 2.0
-        )
-
-    @cached_property
     def speed(self) -> Array:
         """(n,), mm/s, along the path in the block to each row."""
         lasting = self.motion.time > SHORTEST
@@ -156,23 +146,37 @@ class _Course:
 
     @cached_property
     def wanted(self) -> Array:
-        """(2n, 15), where the tool may be in the middle of the block to each row, and at its end.
+        """(2n, 9), where the tool may be in the middle of the block to each row, and at its end.
 
-        For the tool's centre a point, mm, and the vector from there to the chord; the tool axis; the normal
-        on which the centre of a cutter whose pivot is off its axis depends; and that of the axis's plane.
+        For the tool's centre a point, mm, and the vector from there to the chord; and the tool axis.
         """
-        path, curve, n = self.path, self.path.curve, len(self.path)
-        middles = Band.of(path, self.poses[1], np.maximum(np.arange(n) - 0.5, 0.0), self.middle_axes)
-        none = np.zeros((n, 3))
-        chord, planes = none if curve is None else curve.chord, none if self.planes is None else self.planes
-        middle = middles.curve, middles.chord, self.middle_axes, none, planes
-        end = path.pivot, chord, self.poses[1], path.normal, planes
-        return np.hstack([*middle, *end]).reshape(2 * n, 15)
+        path, curve, rotary, n = self.path, self.path.curve, self.rotary, len(self.path)
+        wanted = np.empty((n, 2, 9))
+        middle, end = wanted.swapaxes(0, 1)
+        end[:, :3], end[:, 3:6] = path.pivot, 0.0 if curve is None else curve.chord
+        end[:, 6:] = tool_axes(self.machine, rotary)
+        # In parts, as a path may be long.
+        for begin in range(0, n, PART):
+            rows = np.arange(begin, min(begin + PART, n))
+            back = (rotary[rows] - rotary[np.maximum(rows - 1, 0)]) / 2.0
+            axes = tool_axes(self.machine, rotary[rows] - back)
+            band = Band.of(path, end[:, 6:], np.maximum(rows - 0.5, 0.0), axes)
+            middle[rows, :3], middle[rows, 3:6], middle[rows, 6:] = band.curve, band.chord, axes
+        return wanted.reshape(2 * n, 9)
+
+    @cached_property
+    def beside(self) -> tuple[Array, Array]:
+        """Surface normals, (n, 3), NaN where unknown, and normals of the planes of the tool axis, (n, 3)."""
+        planes = np.zeros((len(self.path), 3)) if self.planes is None else self.planes
+        # In the one layout that the loop is compiled for.
+        return np.require(self.path.normal, requirements=["C", "W"]), planes
 
     @cached_property
     def controlled(self) -> Array:
         """(n, m), what the control moves linearly: the axes or, with TCP, the tip and the rotary axes."""
-        return np.hstack([self.poses[0], self.rotary]) if self.tcp else self.motion.positions
+        if not self.tcp:
+            return self.motion.positions
+        return np.hstack([tool_poses(self.machine, self.motion.positions)[0], self.rotary])
 
     @cached_property
     def clocks(self) -> Array:
@@ -207,6 +211,7 @@ class _Course:
             self.speed,
             self.clocks,
             self.wanted,
+            *self.beside,
             self.zone,
             first[at],
             last[at],
@@ -262,6 +267,8 @@ def near(
     speed: Array,
     clock: Array,
     wanted: Array,
+    normal: Array,
+    plane: Array,
     zone: Array,
     firsts: IntArray,
     lasts: IntArray,
@@ -273,6 +280,7 @@ def near(
     joints, home : `Chain.figures`
     columns, controlled, speed, wanted : of `_Course`
     clock : (2n,), s, of the rows of `wanted`
+    normal, plane : of `_Course.beside`
     zone : height and offset of the cutter's zone, mm
     """
     found, moved = np.empty(len(firsts), dtype=np.bool_), np.empty((1, controlled.shape[1]))
@@ -296,30 +304,33 @@ def near(
             if tcp:
                 for c in range(3):
                     held[0, 0, c] = moved[0, c]
-            ok = not strays(wanted, at, held, zone, aside)
+            ok = not strays(wanted, normal, plane, at, held, zone, aside)
         found[s] = ok
     return found
 
 
 @inner
-def strays(wanted: Array, at: int, held: Array, zone: Array, aside: Array) -> bool:
+def strays(
+    wanted: Array, normal: Array, plane: Array, at: int, held: Array, zone: Array, aside: Array
+) -> bool:
     """Check whether a tool, held (2, 1, 3), is too far from where a row of `_Course.wanted` has it."""
-    dot = square = 0.0
+    row, dot, square = at // 2, 0.0, 0.0
     for c in range(3):
-        dot += wanted[at, 9 + c] * held[1, 0, c]
+        dot += normal[row, c] * held[1, 0, c]
         aside[c] = held[0, 0, c] + zone[0] * held[1, 0, c] - wanted[at, c]
-    for c in range(3):
-        square += (wanted[at, 9 + c] - dot * held[1, 0, c]) ** 2
+    if at % 2 == 1:  # in the middle of a block the centre itself is wanted
+        for c in range(3):
+            square += (normal[row, c] - dot * held[1, 0, c]) ** 2
     if square > 1e-24:  # as in `across`; false for NaN
         reach = zone[1] / math.sqrt(square)
         for c in range(3):
-            aside[c] -= reach * (wanted[at, 9 + c] - dot * held[1, 0, c])
+            aside[c] -= reach * (normal[row, c] - dot * held[1, 0, c])
     along = square = tilt = out = off = 0.0
     for c in range(3):
         along += aside[c] * wanted[at, 3 + c]
         square += wanted[at, 3 + c] ** 2
         tilt += (held[1, 0, c] - wanted[at, 6 + c]) ** 2
-        out += held[1, 0, c] * wanted[at, 12 + c]
+        out += held[1, 0, c] * plane[row, c]
     share = min(max(along / square, 0.0), 1.0) if square > 0.0 else 0.0
     for c in range(3):
         off += (aside[c] - share * wanted[at, 3 + c]) ** 2

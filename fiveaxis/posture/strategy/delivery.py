@@ -18,10 +18,11 @@ import numpy as np
 
 from fiveaxis.base import STAGES, Array, BoolArray, NoBaseline, Steps, at_once, unheard
 from fiveaxis.model import (
-    AxisPlanes,
     BlockCosts,
     Energy,
     Filling,
+    Machine,
+    Motion,
     TiltBounds,
     Toolpath,
     axis_bounds,
@@ -37,7 +38,7 @@ from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.options import Options
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.search.successors import Resolution, sparse_rows, turning_rows, widened
-from fiveaxis.posture.solution import Optimum, SolverStep, program_energy, timed_energy
+from fiveaxis.posture.solution import Baseline, Optimum, SolverStep, program_energy, timed_energy
 from fiveaxis.posture.strategy.effort import resolution
 from fiveaxis.posture.strategy.fairing import faired, within_turns
 from fiveaxis.posture.strategy.least_time import TIME_PRICE, by_time, from_rest_to_rest
@@ -117,7 +118,7 @@ class Delivery:
         machine, columns = solution.machine, solution.machine.rotary_columns
         best = self._quieter(self.run(solution.motion.positions[:, columns], everywhere=True))
         breach = best.breach
-        energies, planes, missing = self._baselines(solution)
+        energies, missing = self._baselines(solution)
         others = dict(candidates)
         for name in sorted(energies, key=lambda name: self.cost(energies[name])):
             if self.cost(energies[name]) < best.cost:
@@ -132,9 +133,9 @@ class Delivery:
         path = best.instance.path
         location = None if len(path) == len(self.given) else best.instance.location
         compared = {}
-        for number, (name, own) in enumerate(planes.items(), start=len(solution.compared)):
+        for number, (name, energy) in enumerate(energies.items(), start=len(solution.compared)):
             self._pricing(number, 2 * len(solution.compared))
-            baseline, energy = solution.compared[name], energies[name]
+            baseline = solution.compared[name]
             motion = baseline.motion
             rotary = motion.positions[:, columns]
             # One that is cheaper than the result breaks bounds between its locations, if not at them.
@@ -143,7 +144,8 @@ class Delivery:
                 note = "; ".join(filter(None, (baseline.note, "it breaks bounds that are asked for")))
                 baseline = replace(baseline, note=note, admitted=False)
             if location is not None:
-                motion = follow(path, machine, own.rotary_at(location))
+                planes = self.filling.planes(self.given, machine, motion)
+                motion = follow(path, machine, planes.rotary_at(location))
                 # Priced as it is given, so that everyone who prices it finds the same.
                 energy = program_energy(machine, path, motion, self.filling, self.options.clock)
             compared[name] = replace(baseline, motion=motion, energy=energy)
@@ -164,24 +166,24 @@ class Delivery:
         )
         return found, best.rank, breach
 
-    def _baselines(
-        self, solution: Optimum
-    ) -> tuple[dict[str, Energy], dict[str, AxisPlanes], Mapping[str, str]]:
-        """Price baselines as programs: energies and axis planes by name; of those without one, the reason."""
-        machine, missing = solution.machine, dict(solution.missing)
-        energies: dict[str, Energy] = {}
-        planes: dict[str, AxisPlanes] = {}
+    def _baselines(self, solution: Optimum) -> tuple[dict[str, Energy], Mapping[str, str]]:
+        """Price baselines as programs: energies by name; of those without a program, the reason."""
+        missing, energies = dict(solution.missing), dict[str, Energy]()
+
+        def blocks(baseline: Baseline) -> Motion:
+            fill = self.filling.fill(self.given, solution.machine, baseline.motion)
+            return self.filling.thin(require_blocks(fill)).blocks
+
         for number, (name, baseline) in enumerate(solution.compared.items()):
             self._pricing(number, 2 * len(solution.compared))
             try:
-                fill = require_blocks(self.filling.fill(self.given, machine, baseline.motion))
+                energies[name] = self._energy(blocks(baseline), solution.machine)
             except NoBaseline as reason:
                 missing[name] = str(reason)
-                continue
-            blocks, planes[name] = self.filling.thin(fill).blocks, fill.planes
-            energies[name] = timed_energy(machine, blocks, self.options.clock(blocks, machine))
-            del fill, blocks  # a path may be long
-        return energies, planes, missing
+        return energies, missing
+
+    def _energy(self, blocks: Motion, machine: Machine) -> Energy:
+        return timed_energy(machine, blocks, self.options.clock(blocks, machine))
 
     @property
     def _pricing(self) -> Steps:
@@ -212,8 +214,12 @@ class Delivery:
         return self._final(min(self._improved(here), here, key=rank))
 
     def _instance(self, location: Array, path: Toolpath | None = None) -> Instance:
-        """Make the problem of a path with inserted locations, by their fractional indices."""
-        path = refined(self.given, location) if path is None else path
+        """Make the problem of a path with inserted locations, by their fractional indices; kept without."""
+        if len(location) == len(self.given):
+            return self._given
+        return self._made(location, refined(self.given, location) if path is None else path)
+
+    def _made(self, location: Array, path: Toolpath) -> Instance:
         problem, bounds = self.build(path, location)
         if self.options.objective == "time":
             problem = by_time(problem, self.options.up_penalty)
@@ -232,7 +238,7 @@ class Delivery:
     @cached_property
     def _given(self) -> Instance:
         """The given locations."""
-        return self._instance(self._every, self.given)
+        return self._made(self._every, self.given)
 
     def _by_search(self, start: Delivered) -> Delivered:
         """Search effort by effort; each begins with what the smaller one found.
@@ -539,8 +545,8 @@ class Delivery:
         fill = self.filling.fill(instance.path, machine, follow(instance.path, machine, rotary))
         row = np.interp(fill.row, np.arange(len(instance.location)), instance.location)
         between = fill.motion.positions[:, machine.rotary_columns]
-        # A long path is kept once where nothing is inserted; the given one is normalised by `refined`.
-        same = len(row) == len(instance.location) and instance is not self._given
+        # A long path is kept once where nothing is inserted.
+        same = len(row) == len(instance.location)
         denser = self._parts(instance, rotary, self._instance(row, instance.path if same else None), between)
         positions, excess = denser.problem.placed(slice(None), between)
         past = max(float(excess.max()), float(denser.problem.limit_excess(positions).max()))
@@ -571,8 +577,7 @@ class Delivery:
         """Price a program without redundant blocks, as it is delivered."""
         machine, path = program.instance.problem.machine, program.instance.path
         motion = follow(path, machine, program.rotary)
-        blocks = self.filling.blocks(path, machine, motion)
-        energy = timed_energy(machine, blocks, self.options.clock(blocks, machine))
+        energy = self._energy(self.filling.blocks(path, machine, motion), machine)
         solved = program.solved
         if self.options.objective != "time" and solved is program.instance.problem:
             # It was searched: of these prices it is an optimum, as far as it is one.
