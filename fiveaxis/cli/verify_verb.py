@@ -196,9 +196,9 @@ def load_checked(
     """Load a check's machine and what it checks against, and say where a job's part stands."""
     from fiveaxis.cam import on_part
     from fiveaxis.check import Against
-    from fiveaxis.job import Checking, ProgramOptions, part_unit, read_job, resolve, stated_control
+    from fiveaxis.job import Checking, part_unit, read_job, resolve, stated_control
     from fiveaxis.model import Constraints, load_machine, parse_tool
-    from fiveaxis.nc import read_toolpath
+    from fiveaxis.nc import ProgramOptions, read_toolpath
 
     tool = None if options["tool"] is None else parse_tool(options["tool"])
     around, toolpath, required = _surroundings(options), None, None

@@ -28,7 +28,6 @@ from .look import look as look
 from .posting import Posted as Posted
 from .posting import post_program as post_program
 from .posting import write_program as write_program
-from .program_options import ProgramOptions as ProgramOptions
 from .reading import choose_search as choose_search
 from .reading import make_job as make_job
 from .reading import read_fixtures as read_fixtures

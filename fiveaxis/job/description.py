@@ -29,10 +29,9 @@ from fiveaxis.base import (
     table_of,
 )
 from fiveaxis.check import ClearanceTable, FixtureTable
-from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.lab import ProcessTable
 from fiveaxis.model import Constraints, parse_tool, require_range, tools_by_number
-from fiveaxis.nc import ProgramSettings, find_dialect
+from fiveaxis.nc import ProgramOptions, ProgramSettings, find_dialect
 
 TOOL_FILE = ".toml"
 # Table that makes many jobs of one file (`fiveaxis.job.batch`), and its key for how several lists are

@@ -20,7 +20,6 @@ from fiveaxis.base import (
     unheard,
 )
 from fiveaxis.job.placement import as_it_runs, choose_offset
-from fiveaxis.job.revised_program import STAND_IN, why_it_stays
 from fiveaxis.lab import Pricing, SlowPlace, late_times, price_program, slow_places
 from fiveaxis.model import (
     QUESTIONS,
@@ -35,6 +34,7 @@ from fiveaxis.model import (
 )
 from fiveaxis.nc import (
     RAPID,
+    STAND_IN,
     OperationFacts,
     ProgramReading,
     ReadOptions,
@@ -43,6 +43,7 @@ from fiveaxis.nc import (
     measure_operations,
     read_path_of,
     set_up_as_stated,
+    why_it_stays,
 )
 
 

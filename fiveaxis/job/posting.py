@@ -20,7 +20,6 @@ from fiveaxis.check import (
     make_report,
 )
 from fiveaxis.job.program import MadeProgram, Verdict, compose_verified, make_program
-from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.job.release import Gate, require_report
 from fiveaxis.model import (
     Constraints,
@@ -34,6 +33,7 @@ from fiveaxis.model import (
 )
 from fiveaxis.nc import (
     Program,
+    ProgramOptions,
     ProgramSettings,
     ReadMotion,
     control_for,

@@ -23,7 +23,6 @@ from fiveaxis.check import (
     verify_text,
 )
 from fiveaxis.job.planned_program import PlannedProgram, may_thin, plan_program
-from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.job.release import Gate
 from fiveaxis.lab import Engaged, price_program, word_rounding
 from fiveaxis.model import (
@@ -43,6 +42,7 @@ from fiveaxis.model import (
 from fiveaxis.nc import (
     NOT_VERIFIED,
     Program,
+    ProgramOptions,
     Source,
     WordWriter,
     compose_program,

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from fiveaxis.base import Array, BoolArray, IntArray, cross, perpendicular, product, search_box
 from fiveaxis.check import Clearances, Surroundings, find_accessible, is_described
 from fiveaxis.model import (
+    INSIDE,
     Constraints,
     Limits,
     Machine,
@@ -25,7 +26,6 @@ from fiveaxis.model import (
     rotary_angles,
     within_limits,
 )
-from fiveaxis.posture import INSIDE
 
 # Locations of the path, and tool axes at each of them, on which places are tried.
 LOCATIONS, RINGS, AXES_PER_RING = 120, 4, 16

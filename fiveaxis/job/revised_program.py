@@ -33,8 +33,9 @@ from fiveaxis.job.setup_choice import run_job
 from fiveaxis.job.stages import Outcome
 from fiveaxis.job.task import resolve
 from fiveaxis.lab import Pricing, price_program
-from fiveaxis.model import Energy, Machine, Operation, Tool, tools_by_number
+from fiveaxis.model import Energy, Machine, Operation, tools_by_number
 from fiveaxis.nc import (
+    STAND_IN,
     OperationText,
     ProgramReading,
     Source,
@@ -42,11 +43,10 @@ from fiveaxis.nc import (
     load_source,
     revised,
     stated_tools,
+    why_it_stays,
     with_lines,
 )
 
-# Stands for a tool that isn't known yet: its size moves nothing in a program's text.
-STAND_IN = Tool.ball(1.0)
 NOT_CHOSEN = "it wasn't chosen"
 
 
@@ -326,18 +326,6 @@ def _of(job: Job, number: int, **changes: Any) -> Job:
     """Return a job on one of its program's operations."""
     program = job.program.model_copy(update={"operation": (number,)})
     return job.model_copy(update={"program": program, **changes})
-
-
-def why_it_stays(operation: Operation, tool: str | None) -> str:
-    """Say why an operation with a tool, or an unknown one, stays as it is; empty where it can be revised."""
-    if operation.kind == "unread":
-        return f"it can't be read: {operation.why}"
-    if operation.kind != "simultaneous":
-        return f"{operation.kind} work is never leaned"
-    if tool is None:
-        name = operation.tool or "N"
-        return f"its tool isn't known; name it (--tool {name}=ball:10)"
-    return ""
 
 
 def _price(source: Source, machine: Machine, job: Job, number: int) -> Energy | None:

@@ -16,9 +16,8 @@ from fiveaxis.check import (
     verify_within,
 )
 from fiveaxis.job.program import MadeProgram, make_program
-from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.model import Constraints
-from fiveaxis.nc import tool_comments
+from fiveaxis.nc import ProgramOptions, tool_comments
 from fiveaxis.posture import Optimum
 
 if TYPE_CHECKING:

@@ -18,7 +18,6 @@ from fiveaxis.job.description import Job
 from fiveaxis.job.loading import describe_inputs, is_mesh, measure_plan
 from fiveaxis.job.program import MadeProgram
 from fiveaxis.job.program_choice import Chosen, Comparison, choose
-from fiveaxis.job.program_options import Header
 from fiveaxis.job.release import Gate
 from fiveaxis.job.solution import Solution, add_findings
 from fiveaxis.job.task import JobTask
@@ -35,7 +34,7 @@ from fiveaxis.model import (
     describe_powers,
     tool_axes,
 )
-from fiveaxis.nc import Revision, tool_comments
+from fiveaxis.nc import Header, Revision, tool_comments
 from fiveaxis.posture import (
     RESULT,
     Baseline,

@@ -29,7 +29,6 @@ from fiveaxis.check import (
     check_program,
 )
 from fiveaxis.job.look import standing
-from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.lab import Pricing, price_program
 from fiveaxis.model import (
     Constraints,
@@ -44,6 +43,7 @@ from fiveaxis.model import (
 )
 from fiveaxis.nc import (
     RAPID,
+    ProgramOptions,
     ProgramReading,
     ProgramSettings,
     kind_of,

@@ -152,6 +152,7 @@ from .motion.timing import feed_times as feed_times
 from .motion.timing import least_times as least_times
 from .motion.timing import rapid_findings as rapid_findings
 from .toolpath import shapes as shapes
+from .toolpath.bounds import INSIDE as INSIDE
 from .toolpath.bounds import INSIDE_OF as INSIDE_OF
 from .toolpath.bounds import Range as Range
 from .toolpath.bounds import TiltBounds as TiltBounds

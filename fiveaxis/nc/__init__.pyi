@@ -10,6 +10,7 @@ from .control.technology import MachineMove as MachineMove
 from .control.technology import Technology as Technology
 from .control.technology import TechnologyTrack as TechnologyTrack
 from .formats import PROGRAM_SUFFIXES as PROGRAM_SUFFIXES
+from .formats import STAND_IN as STAND_IN
 from .formats import SUFFIXES as SUFFIXES
 from .formats import holds_path as holds_path
 from .formats import kind_of as kind_of
@@ -26,6 +27,7 @@ from .languages.choice import find_language as find_language
 from .motion_table import write_motion as write_motion
 from .operation_facts import OperationFacts as OperationFacts
 from .operation_facts import measure_operations as measure_operations
+from .operation_facts import why_it_stays as why_it_stays
 from .operation_text import OperationText as OperationText
 from .options import ProgramReading as ProgramReading
 from .options import ReadOptions as ReadOptions
@@ -42,6 +44,8 @@ from .program import compose_program as compose_program
 from .program import control_for as control_for
 from .program import require_motion as require_motion
 from .program import require_program as require_program
+from .program_options import Header as Header
+from .program_options import ProgramOptions as ProgramOptions
 from .revised_words import Reviser as Reviser
 from .revision import Placement as Placement
 from .revision import Revision as Revision
@@ -72,6 +76,5 @@ from .writing.start_and_end import usually_cancelled as usually_cancelled
 from .writing.stated import stated_settings as stated_settings
 from .writing.stated import with_stated as with_stated
 from .writing.tables import DIALECTS as DIALECTS
-from .writing.tables import Dialect as Dialect
 from .writing.tables import find_dialect as find_dialect
 from .writing.word_writer import WordWriter as WordWriter

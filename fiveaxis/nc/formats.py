@@ -56,8 +56,8 @@ SUFFIXES: dict[str, Kind] = {
 # Columns of the table of a motion, after those of the axes.
 MOTION_COLUMNS = ("feed", "time", "source")
 
-# mm: diameter of the ball that a file is listed with, as its own tools don't matter.
-STAND_IN = 1.0
+# Stands for a tool that isn't known yet: its size moves nothing in a program's text.
+STAND_IN = Tool.ball(1.0)
 
 # Characters: no header is longer.
 LONGEST_HEADER = 1000
@@ -224,7 +224,7 @@ def read_operations(path: str | Path, reading: ProgramReading) -> tuple[Operatio
 
 def list_operations(source: Source, reading: ProgramReading) -> tuple[Operation, ...]:
     """List the operations of a source as `read_operations` does those of a file."""
-    options = ReadOptions.of(reading, tool=Tool.ball(STAND_IN), around=True)
+    options = ReadOptions.of(reading, tool=STAND_IN, around=True)
     try:
         found = read_path_of(source, options)
     except SeveralOperations as several:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from fiveaxis.base import Finding, as_list
-from fiveaxis.model import Machine, Operation, Tool
+from fiveaxis.model import Machine, Operation
 from fiveaxis.nc.formats import STAND_IN, kind_of, list_operations, read_path_of
 from fiveaxis.nc.languages.choice import bare_code
 from fiveaxis.nc.options import ProgramReading, ReadOptions
@@ -83,7 +83,7 @@ def measure_operations(path: str | Path, reading: ProgramReading) -> tuple[Opera
         if operation.kind == "unread":
             found.append(OperationFacts(operation, name, 0, 0.0, 0.0))
             continue
-        options = ReadOptions.of(given, operation=operation.number, tool=Tool.ball(STAND_IN))
+        options = ReadOptions.of(given, operation=operation.number, tool=STAND_IN)
         one = read_path_of(source, options)
         cuts = one.cutting
         tip, feed = one.tips(one.axis), one.feed[cuts]
@@ -101,6 +101,18 @@ def measure_operations(path: str | Path, reading: ProgramReading) -> tuple[Opera
             )
         )
     return tuple(found)
+
+
+def why_it_stays(operation: Operation, tool: str | None) -> str:
+    """Say why an operation with a tool, or an unknown one, stays as it is; empty where it can be revised."""
+    if operation.kind == "unread":
+        return f"it can't be read: {operation.why}"
+    if operation.kind != "simultaneous":
+        return f"{operation.kind} work is never leaned"
+    if tool is None:
+        name = operation.tool or "N"
+        return f"its tool isn't known; name it (--tool {name}=ball:10)"
+    return ""
 
 
 def _stand_in(source: Source, start: Collection[str]) -> Machine:

@@ -1,4 +1,3 @@
-from .baselines.branches import INSIDE as INSIDE
 from .baselines.branches import follow_axes as follow_axes
 from .baselines.branches import postures as postures
 from .bound.lower_bound import bound_travel as bound_travel

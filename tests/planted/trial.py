@@ -25,9 +25,9 @@ from fiveaxis.check import (
 )
 from fiveaxis.job import verify_program
 from fiveaxis.job.program import MadeProgram
-from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.model import Phase, Tool, Toolpath
 from fiveaxis.nc import DIALECTS, ProgramSettings
+from fiveaxis.nc.program_options import ProgramOptions
 from planted.clean import clean
 from planted.fault import Fault, Subject
 from planted.measure import Meaning, Measure

@@ -40,6 +40,8 @@ MOST_ROUNDS = 60
 # Prefix in names of half-spaces, 0…90° of a direction; the rest of the name is the bound's text.
 INSIDE_OF = "inside of "
 Range = tuple[float, float]
+# Distance of tool axes from the ends of the tilt range (rad), so that rounding doesn't push them out of it.
+INSIDE = 1e-9
 
 # mm: a shorter travel perpendicular to the reference has no direction.
 SHORTEST_TRAVEL = 1e-9

@@ -13,6 +13,7 @@ import numpy as np
 
 from fiveaxis.base import Array, BoolArray, IntArray, NoBaseline, compiled, normalise, perpendicular, product
 from fiveaxis.model import (
+    INSIDE,
     ON_LIMIT,
     TURN,
     Fill,
@@ -33,8 +34,6 @@ from fiveaxis.posture.strategy.holding import free_angles
 
 # Steps of the tilt range.
 TILT_STEPS = 61
-# Distance of tool axes from the ends of the tilt range (rad), so that rounding doesn't push them out of it.
-INSIDE = 1e-9
 # The same with several bounds (rad), which may not meet at their ends.
 DRAWN_IN = np.radians(0.02)
 # Locations per batch.

@@ -26,6 +26,7 @@ from fiveaxis.base import (
     product,
 )
 from fiveaxis.model import (
+    INSIDE,
     ON_LIMIT,
     TURN,
     Machine,
@@ -40,7 +41,6 @@ from fiveaxis.model import (
     within_limits,
 )
 from fiveaxis.posture.baselines.branches import (
-    INSIDE,
     follow_axes,
     follow_each,
     nearest_held,

@@ -12,6 +12,7 @@ import numpy as np
 from fiveaxis.base import Array, BoolArray, Finding, Infeasible, Severity, arccos, perpendicular, product
 from fiveaxis.model import (
     DECIMALS,
+    INSIDE,
     ON_LIMIT,
     TURN,
     Machine,
@@ -22,7 +23,7 @@ from fiveaxis.model import (
     outwards,
     tool_axes,
 )
-from fiveaxis.posture.baselines.branches import INSIDE, nearest_held, nearest_to_reference, postures
+from fiveaxis.posture.baselines.branches import nearest_held, nearest_to_reference, postures
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.search.successors import sampled

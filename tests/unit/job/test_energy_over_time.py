@@ -10,7 +10,6 @@ from support.quick_optimiser import optimise
 
 import fiveaxis as fx
 from fiveaxis.base.errors import SettingError
-from fiveaxis.job import ProgramOptions
 from fiveaxis.job.program import MadeProgram, make_program
 from fiveaxis.model import (
     Clock,
@@ -24,7 +23,7 @@ from fiveaxis.model import (
 )
 from fiveaxis.model.motion.steadiness import measure_steadiness
 from fiveaxis.model.motion.timing import axis_times
-from fiveaxis.nc import DIALECTS
+from fiveaxis.nc import DIALECTS, ProgramOptions
 from fiveaxis.posture import Optimum
 from fiveaxis.posture.solution import blocks_energy
 

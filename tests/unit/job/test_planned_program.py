@@ -12,12 +12,12 @@ import fiveaxis as fx
 from fiveaxis.base import Coordinates
 from fiveaxis.base.findings import Finding, Place, Severity
 from fiveaxis.check import DEFAULT_TOLERANCES, Surroundings
-from fiveaxis.job import ProgramOptions, make_job, verify_program
+from fiveaxis.job import make_job, verify_program
 from fiveaxis.job.planned_program import may_thin, plan_program
 from fiveaxis.job.program import MadeProgram, make_program
 from fiveaxis.model import AXIS_TOLERANCE, Constraints, Tool, Toolpath, follow, motion_energy
 from fiveaxis.model.energy.totals import move_energies
-from fiveaxis.nc import ProgramSettings
+from fiveaxis.nc import ProgramOptions, ProgramSettings
 from fiveaxis.posture import Optimum
 
 AS_ASKED = {"tilt": (15.0, 75.0), "max_turn": 15.0}

@@ -11,9 +11,9 @@ from fiveaxis.check import Against, ReadBack
 from fiveaxis.job import post_program
 from fiveaxis.job.posting import make_of_motion
 from fiveaxis.job.program import make_program
-from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.model import AXIS_TOLERANCE, PATH_TOLERANCE, Constraints, Tool, Toolpath, follow, tool_axes
 from fiveaxis.nc import DIALECTS, ProgramSettings, write_motion
+from fiveaxis.nc.program_options import ProgramOptions
 
 TILT = (15.0, 75.0)
 MODES = [(name, mode) for name, dialect in DIALECTS.items() for mode in dialect.modes]

@@ -7,10 +7,10 @@ import pytest
 
 import fiveaxis as fx
 from fiveaxis.check import Against
-from fiveaxis.job import ProgramOptions, make_job, run_job
+from fiveaxis.job import make_job, run_job
 from fiveaxis.job.program import make_program
 from fiveaxis.model import Constraints, Limits, Machine, Tool, Toolpath
-from fiveaxis.nc import write_motion
+from fiveaxis.nc import ProgramOptions, write_motion
 from fiveaxis.nc.motion_table import read_motion
 
 RING = {"tilt": (15.0, 75.0), "effort": "quick"}

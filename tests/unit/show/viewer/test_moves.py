@@ -8,9 +8,9 @@ import pytest
 from fiveaxis.base import angle_between
 from fiveaxis.base.findings import Finding, Place, Severity
 from fiveaxis.check import Against
-from fiveaxis.job import ProgramOptions
 from fiveaxis.job.posting import make_of_motion
 from fiveaxis.model import Constraints, tool_poses
+from fiveaxis.nc import ProgramOptions
 from fiveaxis.show.viewer.moves import NO_LINE, choose_sides, read_off
 
 

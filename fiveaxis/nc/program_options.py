@@ -9,16 +9,12 @@ from typing import Self
 
 from fiveaxis.base import USUAL_CONTROL, Coordinates, Writing
 from fiveaxis.model import Machine
-from fiveaxis.nc import (
-    Dialect,
-    ProgramSettings,
-    RequiredTechnology,
-    WordWriter,
-    control_for,
-    find_dialect,
-    require_program,
-    require_program_suffix,
-)
+from fiveaxis.nc.formats import require_program_suffix
+from fiveaxis.nc.program import control_for, require_program
+from fiveaxis.nc.writing.program_settings import ProgramSettings
+from fiveaxis.nc.writing.start_and_end import RequiredTechnology
+from fiveaxis.nc.writing.tables import Dialect, find_dialect
+from fiveaxis.nc.writing.word_writer import WordWriter
 
 Header = Mapping[str, str]
 
@@ -33,7 +29,7 @@ class ProgramOptions(Writing):
     header : name and value of further comments
     """
 
-    settings: ProgramSettings = ProgramSettings()
+    settings: ProgramSettings = ProgramSettings()  # noqa: RUF009 -- it is frozen
     header: Header | None = None
 
     def on(self, machine: Machine) -> Self:
