@@ -25,8 +25,8 @@ from fiveaxis.job import Job, list_job_entries
 from fiveaxis.model.machine.tables import Figure, MachineFile
 from fiveaxis.model.toolpath.shapes import SHAPES
 from fiveaxis.model.toolpath.tool import ToolTable
-from fiveaxis.nc import Dialect
 from fiveaxis.nc.writing.table_parts import TEMPLATES
+from fiveaxis.nc.writing.tables import Dialect
 
 SUPPLEMENT = Path(__file__).with_name("keys.toml")
 FILES: Mapping[str, type[BaseModel]] = {

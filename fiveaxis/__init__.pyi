@@ -7,15 +7,13 @@ from .cam import plan_contour as plan_contour
 from .check import Against as Against
 from .check import Report as Report
 from .check import verify as verify
+from .check import verify_program as verify_program
 from .job import Solution as Solution
 from .job import compare as compare
-from .job import look as look
 from .job import optimise as optimise
 from .job import post_program as post_program
 from .job import revise_program as revise_program
 from .job import run_batch as run_batch
-from .job import show_program as show_program
-from .job import verify_program as verify_program
 from .job import write_program as write_program
 from .lab import PowerSurface as PowerSurface
 from .lab import calibrate_drive as calibrate_drive
@@ -35,7 +33,9 @@ from .nc import read_operations as read_operations
 from .nc import read_program as read_program
 from .nc import read_toolpath as read_toolpath
 from .show import location_surface as location_surface
+from .show import look as look
 from .show import path_valley as path_valley
 from .show import preview as preview
+from .show import show_program as show_program
 from .show import tip_surface as tip_surface
 from .show import write_preview as write_preview

@@ -1,6 +1,7 @@
 """Whether a program is safe: an opinion of its own, that shares no code with the search.
 
 - `collision`: bodies around the tool, clearances, which postures are clear; `stock`: what is left of it;
+- `placing`: where the part can stand so that a path is reached, and where it stands when nobody says;
 - `verification`: one list of checks of programs, ours and others'.
 
 Search and verification are two engines on purpose: a fault of one must not hide in the other. `collision`

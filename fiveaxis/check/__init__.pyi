@@ -3,7 +3,6 @@ from .collision.accessibility import Accessibility as Accessibility
 from .collision.accessibility import cell_centres as cell_centres
 from .collision.accessibility import find_accessible as find_accessible
 from .collision.assumed import Standing as Standing
-from .collision.assumed import is_described as is_described
 from .collision.assumed import with_nose as with_nose
 from .collision.assumed import with_stated_table as with_stated_table
 from .collision.pieces import box_corners as box_corners
@@ -14,6 +13,13 @@ from .collision.surroundings import ClearanceTable as ClearanceTable
 from .collision.surroundings import Fixture as Fixture
 from .collision.surroundings import FixtureTable as FixtureTable
 from .collision.surroundings import Surroundings as Surroundings
+from .placing.offset import as_it_runs as as_it_runs
+from .placing.offset import choose_offset as choose_offset
+from .placing.offset import in_words as in_words
+from .placing.offset import placed as placed
+from .placing.offset import placed_program as placed_program
+from .placing.reach import Reach as Reach
+from .placing.reach import spread as spread
 from .stock.colouring import DEEP as DEEP
 from .stock.colouring import FINISHED as FINISHED
 from .stock.colouring import GOUGED as GOUGED
@@ -55,3 +61,5 @@ from .verification.report import make_report as make_report
 from .verification.standing import check_table as check_table
 from .verification.verdict import verify as verify
 from .verification.verdict import verify_within as verify_within
+from .verification.verifying import Checking as Checking
+from .verification.verifying import verify_program as verify_program

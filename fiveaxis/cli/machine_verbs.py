@@ -30,8 +30,8 @@ from fiveaxis.cli.work import shown_work
 
 if TYPE_CHECKING:
     from fiveaxis.cam import FaceSheet
-    from fiveaxis.job import OperationLook
     from fiveaxis.model import FormShapingCode
+    from fiveaxis.show import OperationLook
 
 
 MachineFileName = Annotated[
@@ -156,8 +156,8 @@ def _require_readable(path: Path) -> None:
 
 def _print_operations(path: Path, machine: str | None, reading: Reading, *, as_json: bool) -> None:
     """Print the operations of a program or CL file as a table."""
-    from fiveaxis.job import look
     from fiveaxis.nc import ProgramReading, measure_operations
+    from fiveaxis.show import look
 
     with shown_work(err, hidden=as_json) as work:
         if machine is None:

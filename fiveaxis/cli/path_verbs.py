@@ -229,7 +229,8 @@ def _result(options: Mapping[str, Any], work: Work, *, browser: bool) -> Preview
 def _as_it_is(options: Mapping[str, Any], work: Work, *, browser: bool) -> Preview:
     """Show all operations of a program as they are, or the chosen ones."""
     from fiveaxis.cli.verify_verb import reading_of
-    from fiveaxis.job import Showing, load_job_machine, load_surroundings, require_input, show_operations
+    from fiveaxis.job import load_job_machine, load_surroundings, require_input
+    from fiveaxis.show import Showing, show_operations
     from fiveaxis.show import preview as show
 
     job = job_of(options)

@@ -195,8 +195,8 @@ def load_checked(
 ) -> tuple[Machine, Against, tuple[Finding, ...]]:
     """Load a check's machine and what it checks against, and say where a job's part stands."""
     from fiveaxis.cam import on_part
-    from fiveaxis.check import Against
-    from fiveaxis.job import Checking, part_unit, read_job, resolve, stated_control
+    from fiveaxis.check import Against, Checking
+    from fiveaxis.job import part_unit, read_job, resolve, stated_control
     from fiveaxis.model import Constraints, load_machine, parse_tool
     from fiveaxis.nc import ProgramOptions, read_toolpath
 

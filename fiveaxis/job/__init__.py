@@ -6,9 +6,9 @@
 - its run: `setup_choice` (`run_job`), `setup_search`, `stages`, `clearing` (optimisation
   clear of collisions), `solution`, `results` (its files), `digest` (whether it is the same);
 - programs: `planned_program` (motion), `program` (text, read back and verified), `release` (the release
-  gate), `posting` (programs of motions and of other programs), `verifying` (any program);
+  gate), `posting` (programs of motions and of other programs);
 - a user's own program: `revised_program` (its operations, one by one), `in_place` (postures in the lines of
-  one, verified and priced), `program_choice` (what is worth replacing it), `verifying` (shown as it is).
+  one, verified and priced), `program_choice` (what is worth replacing it).
 - `batch`: many jobs on many processes or computers.
 
 `cli` imports from `fiveaxis.job` only; what it may is in the stub beside this file. It imports all other

@@ -23,8 +23,6 @@ from .loading import part_unit as part_unit
 from .loading import plan_mesh as plan_mesh
 from .loading import revises as revises
 from .loading import stated_control as stated_control
-from .look import OperationLook as OperationLook
-from .look import look as look
 from .posting import Posted as Posted
 from .posting import post_program as post_program
 from .posting import write_program as write_program
@@ -49,8 +47,3 @@ from .setup_choice import run_task as run_task
 from .solution import Solution as Solution
 from .stages import Outcome as Outcome
 from .task import resolve as resolve
-from .verifying import Checking as Checking
-from .verifying import Showing as Showing
-from .verifying import show_operations as show_operations
-from .verifying import show_program as show_program
-from .verifying import verify_program as verify_program

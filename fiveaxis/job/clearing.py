@@ -23,10 +23,9 @@ from fiveaxis.base import (
     unheard,
 )
 from fiveaxis.cam import on_part
-from fiveaxis.check import Accessibility, Clearances, Fixture, Surroundings, find_accessible
+from fiveaxis.check import Accessibility, Clearances, Fixture, Surroundings, find_accessible, placed
 from fiveaxis.job.loading import take_path
 from fiveaxis.job.obstruction import OF_BODIES, colliding_rows, explain, has_pairs, require_clear
-from fiveaxis.job.placement import placed
 from fiveaxis.job.solution import Solution
 from fiveaxis.job.task import Task
 from fiveaxis.model import Clock, Constraints, Interpolation, Machine, PathShape, Tool, Toolpath, take_machine

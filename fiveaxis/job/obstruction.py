@@ -21,8 +21,8 @@ from fiveaxis.check import (
     choose_pairs,
     cut_along,
     make_context,
+    spread,
 )
-from fiveaxis.job.reach import spread
 from fiveaxis.model import CUTTER, Constraints, Machine, Tool
 from fiveaxis.posture import Optimum, Wording, postures
 

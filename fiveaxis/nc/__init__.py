@@ -1,7 +1,7 @@
 """Programs and CL files in, programs out; inches, degrees and mm/min are converted here.
 
 - `apt`, `languages`: dialects that are read; `control`: the interpreter state and motion common to all;
-- `controls`: what each control decides, as data; `writing`: text of a program's motion;
+- `controls`: what each control decides, as data; `program_options`, `writing`: text of a program's motion;
 - `traced_program`, `operations`: a program as rows, and as operations; `operation_text`, `revised_words`:
   other positions in a program's own lines.
 

@@ -17,6 +17,8 @@ from .report.facts import SetupSearched as SetupSearched
 from .report.facts import TriedSetup as TriedSetup
 from .report.facts import describe_input as describe_input
 from .report.landscape import Admits as Admits
+from .report.look import OperationLook as OperationLook
+from .report.look import look as look
 from .report.page import page_of as page_of
 from .report.page import write_finished as write_finished
 from .report.page import write_report as write_report
@@ -41,5 +43,6 @@ from .report.words import time_shares as time_shares
 from .viewer.page import Preview as Preview
 from .viewer.page import preview as preview
 from .viewer.page import write_preview as write_preview
-from .viewer.whole import ShownOperation as ShownOperation
-from .viewer.whole import WholeProgram as WholeProgram
+from .viewer.showing import Showing as Showing
+from .viewer.showing import show_operations as show_operations
+from .viewer.showing import show_program as show_program

@@ -23,7 +23,8 @@ from paths import DATA, ROOT
 import fiveaxis as fx
 from fiveaxis.base import Coordinates
 from fiveaxis.model import Motion, follow, predicted_time, tool_axes
-from fiveaxis.nc import DIALECTS, Dialect, ProgramSettings, compose_program
+from fiveaxis.nc import DIALECTS, ProgramSettings, compose_program
+from fiveaxis.nc.writing.tables import Dialect
 
 sys.path.insert(0, str(ROOT / "tests"))
 from referee.linuxcnc import run_program

@@ -12,7 +12,7 @@ from support.pairwise_cases import Case
 import fiveaxis as fx
 from fiveaxis.base import Array
 from fiveaxis.base.errors import ToolpathError
-from fiveaxis.job import verify_program
+from fiveaxis.check import verify_program
 from fiveaxis.model import Tool, Toolpath
 from fiveaxis.nc import ProgramSettings, write_motion
 from planted.trial import ASKED, OFFSETS, RETRACT, Count, Trial, Verdict, two_passes, verdict_of

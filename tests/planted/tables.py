@@ -12,8 +12,8 @@ import numpy as np
 
 import fiveaxis as fx
 from fiveaxis.base import Array
-from fiveaxis.check import Against, Report
-from fiveaxis.job import post_program, verify_program
+from fiveaxis.check import Against, Report, verify_program
+from fiveaxis.job import post_program
 from fiveaxis.job.program import MadeProgram
 from fiveaxis.model import Constraints
 from fiveaxis.nc import write_motion

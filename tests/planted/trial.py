@@ -21,9 +21,9 @@ from fiveaxis.check import (
     Surroundings,
     WrittenText,
     unsaid,
+    verify_program,
     verify_text,
 )
-from fiveaxis.job import verify_program
 from fiveaxis.job.program import MadeProgram
 from fiveaxis.model import Phase, Tool, Toolpath
 from fiveaxis.nc import DIALECTS, ProgramSettings

@@ -10,7 +10,6 @@ from fiveaxis.check.verification.model import tool_poses
 from fiveaxis.model import (
     AXIS_TOLERANCE,
     PATH_TOLERANCE,
-    AxisPlanes,
     Machine,
     Tool,
     Toolpath,
@@ -23,6 +22,7 @@ from fiveaxis.model import (
 )
 from fiveaxis.model.motion.deviation import WRITTEN_TOLERANCE
 from fiveaxis.model.motion.filling import fill_in
+from fiveaxis.model.motion.planes import AxisPlanes
 from fiveaxis.model.motion.thinning import thinned
 
 MACHINES = {

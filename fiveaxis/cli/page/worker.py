@@ -30,18 +30,16 @@ from fiveaxis.job import (
     Job,
     Outcome,
     RevisedProgram,
-    look,
     make_job,
     read_job,
     revise_operations,
     revises,
     run_job,
-    show_program,
     write_outcome,
     write_revised,
 )
 from fiveaxis.model import Energy, draft_machine, load_machine, machine_names
-from fiveaxis.show import describe_machine, write_preview
+from fiveaxis.show import describe_machine, look, show_program, write_preview
 
 Ask = Mapping[str, Any]
 # s between two messages of one stage.

@@ -18,7 +18,7 @@ from fiveaxis.job.description import Job
 from fiveaxis.job.guide import list_job_entries, starter_text, write_starter
 from fiveaxis.job.reading import read_job
 from fiveaxis.model.machine.tables import MachineFile
-from fiveaxis.nc import Dialect
+from fiveaxis.nc.writing.tables import Dialect
 
 # Numbers that count or compare, and directions: they have no unit.
 WITHOUT_UNIT = {

@@ -9,10 +9,9 @@ from typer.testing import CliRunner
 
 import fiveaxis as fx
 from fiveaxis.base.errors import Infeasible
-from fiveaxis.check import Surroundings
+from fiveaxis.check import Reach, Surroundings
 from fiveaxis.cli.commands import app
 from fiveaxis.job import make_job, resolve, run_job
-from fiveaxis.job.reach import Reach
 from fiveaxis.model import Constraints, Limits
 from fiveaxis.nc import write_toolpath
 

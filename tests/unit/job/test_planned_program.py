@@ -11,8 +11,8 @@ from support.sampled_surfaces import ellipse, sampled
 import fiveaxis as fx
 from fiveaxis.base import Coordinates
 from fiveaxis.base.findings import Finding, Place, Severity
-from fiveaxis.check import DEFAULT_TOLERANCES, Surroundings
-from fiveaxis.job import make_job, verify_program
+from fiveaxis.check import DEFAULT_TOLERANCES, Surroundings, verify_program
+from fiveaxis.job import make_job
 from fiveaxis.job.planned_program import may_thin, plan_program
 from fiveaxis.job.program import MadeProgram, make_program
 from fiveaxis.model import AXIS_TOLERANCE, Constraints, Tool, Toolpath, follow, motion_energy

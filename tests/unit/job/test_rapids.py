@@ -10,7 +10,7 @@ from support.unverified_text import write_text
 
 import fiveaxis as fx
 from fiveaxis.base import Coordinates
-from fiveaxis.job import verify_program
+from fiveaxis.check import verify_program
 from fiveaxis.job.program import MadeProgram, make_program
 from fiveaxis.model import Constraints, Machine, MoveKind, Tool, Toolpath, follow, motion_energy, tool_axes
 from fiveaxis.model.motion.filling import fill_in

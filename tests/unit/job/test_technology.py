@@ -6,7 +6,7 @@ from planted.trial import TILT, cone_wall
 
 import fiveaxis as fx
 from fiveaxis.base.errors import SettingError, ToolpathError
-from fiveaxis.job import verify_program
+from fiveaxis.check import verify_program
 from fiveaxis.model import Toolpath, parse_tool
 from fiveaxis.model.motion.filling import fill_in
 from fiveaxis.nc import ProgramSettings

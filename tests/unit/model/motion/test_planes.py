@@ -9,7 +9,6 @@ from fiveaxis.base import angle_between
 from fiveaxis.model import (
     AXIS_TOLERANCE,
     FASTEST,
-    AxisPlanes,
     Limits,
     Line,
     Machine,
@@ -21,6 +20,7 @@ from fiveaxis.model import (
 )
 from fiveaxis.model.motion.deviation import axis_deviation, turns_on_the_spot
 from fiveaxis.model.motion.filling import fill_in
+from fiveaxis.model.motion.planes import AxisPlanes
 
 LEANING = [[0.0, -45.0], [20.0, -45.0]]
 

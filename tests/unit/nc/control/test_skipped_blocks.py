@@ -5,8 +5,7 @@ from dataclasses import replace
 import pytest
 
 from fiveaxis.base.findings import Severity
-from fiveaxis.check import Fixture
-from fiveaxis.job import verify_program
+from fiveaxis.check import Fixture, verify_program
 from fiveaxis.model import Box, Tool, load_machine
 from fiveaxis.nc import read_program
 

@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fiveaxis.base import Array, BoolArray, IntArray, cross, perpendicular, product, search_box
-from fiveaxis.check import Clearances, Surroundings, find_accessible, is_described
+from fiveaxis.check.collision.accessibility import find_accessible
+from fiveaxis.check.collision.assumed import is_described
+from fiveaxis.check.collision.surroundings import Clearances, Surroundings
 from fiveaxis.model import (
     INSIDE,
     Constraints,

@@ -9,7 +9,6 @@ from typing import Any
 
 from fiveaxis.base import (
     STAGES,
-    USUAL_CONE,
     Cause,
     Finding,
     FiveAxisError,
@@ -19,30 +18,23 @@ from fiveaxis.base import (
     keywords_of,
     unheard,
 )
-from fiveaxis.job.placement import as_it_runs, choose_offset
+from fiveaxis.check import placed_program
 from fiveaxis.lab import Pricing, SlowPlace, late_times, price_program, slow_places
 from fiveaxis.model import (
     QUESTIONS,
-    Constraints,
     Energy,
     Machine,
     load_machine,
-    parse_tool,
     tools_by_number,
     unknown_figures,
     with_powers,
 )
 from fiveaxis.nc import (
     RAPID,
-    STAND_IN,
     OperationFacts,
     ProgramReading,
-    ReadOptions,
-    Source,
     load_source,
     measure_operations,
-    read_path_of,
-    set_up_as_stated,
     why_it_stays,
 )
 
@@ -184,7 +176,7 @@ def look(program: str | Path, machine: str | Path | Machine, given: Looking) -> 
     stands: tuple[Finding, ...] = ()
     if first is not None:
         its_own = replace(reading, operation=facts[first].operation.number)
-        powered, stands = standing(source, powered, its_own, cutters[first])
+        powered, stands = placed_program(source, powered, its_own, cutters[first])
     found = []
     for number, (each, stays) in enumerate(zip(facts, stay, strict=True)):
         given.progress("timing operations", number, len(facts))
@@ -198,35 +190,6 @@ def look(program: str | Path, machine: str | Path | Machine, given: Looking) -> 
         findings = (*stands, *priced.findings) if number == first else priced.findings
         found.append(OperationLook(each, priced.energy, lost, slow, stays, "", findings))
     return ProgramLook(source.name, powered, tuple(found), missing, tuple(assumed))
-
-
-def standing(
-    source: Source, machine: Machine, reading: Reading, cutter: str | None
-) -> tuple[Machine, tuple[Finding, ...]]:
-    """Place the part as `place` does for a program under TCP; a cutter that nobody knows is a small ball.
-
-    Parameters
-    ----------
-    reading : of its first operation under TCP that turns the tool
-
-    Returns
-    -------
-    The machine, and what is said of it
-    """
-    there, told = set_up_as_stated(machine, source)
-    if there.setup.stated or reading.zero:
-        return there, told
-    tool = STAND_IN if cutter is None else parse_tool(cutter)
-    try:
-        path = read_path_of(source, ReadOptions.of(Reading.of(reading), tool=tool, machine=machine))
-        bounds = as_it_runs(path, machine, None) or Constraints.of_degrees(cone=USUAL_CONE)
-        chosen = choose_offset(path, machine, bounds, None)
-    except FiveAxisError:  # its operation says why it can't be read
-        return machine, ()
-    if chosen is None:
-        return machine, ()
-    offset, finding = chosen
-    return machine.with_setup(offset, machine.setup.rotation_deg), (finding,)
 
 
 def _missing(machine: Machine, given: Looking) -> Iterator[Missing]:
