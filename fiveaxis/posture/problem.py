@@ -24,7 +24,7 @@ from fiveaxis.model import (
     travel_costs,
 )
 from fiveaxis.posture.location_model import LocationModel
-from fiveaxis.posture.terms import OTHERS, Term, terms_of
+from fiveaxis.posture.terms import OTHERS, Term, acceleration_excess, durations, terms_of
 
 # Where rotary steps are bounded, no step of a thinned path is larger than this (or than the bound itself):
 # a longer turn would skip postures that the path has to pass through and that weren't checked.
@@ -208,9 +208,9 @@ class Problem(StepTable):
         """Sum how far axis values, (..., k), lie past their limits (mm, rad)."""
         return np.maximum(self.machine.limit_excess(positions), 0.0).sum(axis=-1)
 
-    @cached_property
+    @property
     def terms(self) -> tuple[Term, ...]:
-        """The terms of the objective and the bounds."""
+        """The terms of the objective and the bounds; not kept, as of a long path they are large."""
         return terms_of(self)
 
     @cached_property
@@ -231,10 +231,9 @@ class Problem(StepTable):
         quantities[:, :k] = positions
         if axis is not None:
             quantities[:, k : k + 3] = axis
-        for term in self.terms:
-            if term.name == "durations":
-                late = np.maximum(term.values(quantities) - term.high, 0.0)
-                quantities[:-1, -1] = late.max(axis=1)
+        if (term := durations(self)) is not None:
+            late = np.maximum(term.values(quantities) - term.high, 0.0)
+            quantities[:-1, -1] = late.max(axis=1)
         return quantities
 
     def cost(self, positions: Array) -> float:
@@ -252,11 +251,10 @@ class Problem(StepTable):
 
     def acceleration_excess(self, positions: Array) -> Array:
         """Compute by how much axes change their speed too fast on a path, (n, k); (m, k) mm/s and rad/s."""
-        found = [term for term in self.terms if term.name == "acceleration"]
-        quantities = self.quantities(positions)
-        return np.vstack(
-            [np.empty((0, positions.shape[1])), *(t.excess(t.values(quantities)) for t in found)]
-        )
+        term = acceleration_excess(self)
+        if term is None:
+            return np.empty((0, positions.shape[1]))
+        return term.excess(term.values(self.quantities(positions)))
 
     def priced(self, rotary: Array) -> float:
         """Sum a path's cost and the price of its violations, J; `rotary` is (n, 2) rad."""

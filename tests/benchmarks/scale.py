@@ -57,6 +57,12 @@ def fine_vase(passes: int, around: int) -> fx.Toolpath:
     return fx.Toolpath.from_contacts(rows[:, :3], normal, fx.Tool.ball(10))
 
 
+def write_points(path: fx.Toolpath, file: Path) -> Path:
+    rows = np.hstack([path.contact, path.normal])
+    np.savetxt(file, rows, "%.7f", ",", header="x,y,z,nx,ny,nz", comments="")
+    return file
+
+
 def run(passes: int, around: int, effort: str) -> None:
     """Take a path to a verified program, and print the processor seconds and peak memory of each stage."""
     spent: dict[str, list[float]] = {}
@@ -69,10 +75,9 @@ def run(passes: int, around: int, effort: str) -> None:
         now[0], at[0] = stage.split(",")[0], time.process_time()
 
     # First a short path: compilers, imports and caches.
-    for path in (fine_vase(1, 400), fine_vase(passes, around)):
+    for shape in ((1, 400), (passes, around)):
         with tempfile.TemporaryDirectory() as folder:
-            file, rows = Path(folder) / "path.csv", np.hstack([path.contact, path.normal])
-            np.savetxt(file, rows, "%.7f", ",", header="x,y,z,nx,ny,nz", comments="")
+            file = write_points(fine_vase(*shape), Path(folder) / "path.csv")
             spent.clear()
             now[0], at[0] = "reading the input", time.process_time()
             job = make_job(input=file, machine="hayashi-640123", tool="ball:10", tilt=(15, 75), effort=effort)
@@ -81,7 +86,7 @@ def run(passes: int, around: int, effort: str) -> None:
             write_outcome(outcome, Path(folder) / "out")
             step("", 0, 1)
     energy = outcome.solution.energy.total
-    print(json.dumps({"locations": len(path), "energy": energy, "ok": outcome.ok, "stages": spent}))
+    print(json.dumps({"locations": passes * around, "energy": energy, "ok": outcome.ok, "stages": spent}))
 
 
 def posture(passes: list[int], scan: bool, effort: str) -> None:

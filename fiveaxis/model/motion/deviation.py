@@ -21,6 +21,8 @@ SHARES = (0.25, 0.5, 0.75)
 # rad: below this total turn of the rotary axes only the middle is measured, as a deviation that changes sides
 # is then below 0.2 µm with the tool half a metre from the axes.
 FAR = np.radians(2.0)
+# Blocks that are measured at once.
+PART = 100_000
 # rad: turns this close to whole ones, or to none, leave the tool where it was.
 WHOLE_TURN = 1e-9
 
@@ -49,17 +51,21 @@ def path_deviation(
     positions = rotary if tcp else linear_positions(machine, tips, rotary)
     moves = positions[blocks + 1] - positions[blocks]
     off = np.zeros((len(SHARES), len(blocks)))
-    for i, share in enumerate(SHARES):
-        measured = _measured(rotary, blocks, share)
-        if not measured.any():
-            continue
-        some = blocks[measured]
+
+    def distances(some: IntArray, share: float) -> Array:
         if tcp:
             tip, axis = between(tips, some, share), tool_axes(machine, between(rotary, some, share))
         else:
             tip, axis = tool_poses(machine, between(positions, some, share))
         band = Band.of(toolpath, axes, np.asarray(some + share), axis)
-        off[i, measured] = band.distances(tip + toolpath.zone.height * axis)
+        return band.distances(tip + toolpath.zone.height * axis)
+
+    for i, share in enumerate(SHARES):
+        measured = _measured(rotary, blocks, share)
+        if measured.any():
+            # In parts, as a path may be long.
+            parts = np.array_split(blocks[measured], 1 + len(blocks) // PART)
+            off[i, measured] = np.concatenate([distances(part, share) for part in parts])
     return np.where(_whole_turns(moves) if tcp else turns_on_the_spot(machine, moves), 0.0, off)
 
 

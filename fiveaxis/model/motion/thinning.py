@@ -12,7 +12,7 @@ from fiveaxis.base import Array, BoolArray, IntArray, compiled, inner
 from fiveaxis.model.kinematics.loops import pose
 from fiveaxis.model.kinematics.poses import linear_positions, tool_axes, tool_poses
 from fiveaxis.model.machine.model import Machine
-from fiveaxis.model.motion.deviation import WRITTEN_TOLERANCE, turns_on_the_spot
+from fiveaxis.model.motion.deviation import PART, WRITTEN_TOLERANCE, turns_on_the_spot
 from fiveaxis.model.motion.motion import Motion
 from fiveaxis.model.motion.planes import AXIS_TOLERANCE
 from fiveaxis.model.motion.timing import axis_bounds
@@ -34,8 +34,6 @@ FARTHEST_OUT = math.sin(AXIS_TOLERANCE / BETWEEN)
 SHORTEST = 1e-9
 # Rounding, in mm and rad, and as a share of speeds.
 ROUNDING = 5e-7
-# Locations whose band is computed at once.
-PART = 100_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,8 +154,7 @@ class _Course:
         end[:, :3], end[:, 3:6] = path.pivot, 0.0 if curve is None else curve.chord
         end[:, 6:] = tool_axes(self.machine, rotary)
         # In parts, as a path may be long.
-        for begin in range(0, n, PART):
-            rows = np.arange(begin, min(begin + PART, n))
+        for rows in np.array_split(np.arange(n), 1 + n // PART):
             back = (rotary[rows] - rotary[np.maximum(rows - 1, 0)]) / 2.0
             axes = tool_axes(self.machine, rotary[rows] - back)
             band = Band.of(path, end[:, 6:], np.maximum(rows - 0.5, 0.0), axes)

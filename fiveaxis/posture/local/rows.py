@@ -125,7 +125,8 @@ def build_rows(
     free[-1, ANGLES:] = False
     still = np.zeros(n, dtype=bool)
     still[[0, -1]] = held
-    terms = [_term_rows(term, count, still, margin, elastic) for term in problem.terms]
+    written = problem.terms
+    terms = [_term_rows(term, count, still, margin, elastic) for term in written]
     widest = max(part.quantity.shape[1] for part in terms)
     sizes = np.concatenate([np.diff(part.begin) for part in terms])
     return Rows(
@@ -136,7 +137,7 @@ def build_rows(
         **{name: np.concatenate([getattr(part, name) for part in terms]) for name in FLAT},
         free=free,
         fixed=fixed,
-        span=max(term.span for term in problem.terms),
+        span=max(term.span for term in written),
         count=count,
     )
 

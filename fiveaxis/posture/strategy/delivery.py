@@ -45,6 +45,7 @@ from fiveaxis.posture.strategy.least_time import TIME_PRICE, by_time, from_rest_
 from fiveaxis.posture.strategy.near import Near
 from fiveaxis.posture.strategy.program_path import Breach, Delivered, Instance
 from fiveaxis.posture.strategy.turn_bounds import shared
+from fiveaxis.posture.terms import bends, waits
 
 # Share of a step below which a turn counts as none when time is the objective, by round.
 SHARPNESS = (0.1, 0.03, 0.01, 0.01, 0.01)
@@ -59,7 +60,7 @@ WIDE, DETOUR = resolution(0.5, 2.0, 400, 60.0), 12
 # From one round to the next, axes may turn farther in a block by this factor, and by as many rad.
 FARTHER, LITTLE = 1.5, np.radians(0.5)
 # Terms of the objective that are priced at the given locations, beside the program's blocks.
-BESIDE = ("bends", "waits")
+BESIDE = bends, waits
 FAIRING = "fairing"
 # rad: how far postures are moved to run smoothly.
 FARTHEST = tuple(np.radians([0.02, 0.05, 0.1, 0.2]))
@@ -588,7 +589,7 @@ class Delivery:
     def _priced_at(self, instance: Instance, rotary: Array, energy: Energy) -> float:
         """Compute what a program costs, J, with the prices of bends and delay at its given locations."""
         problem = self._given.problem
-        terms = [term for term in problem.terms if term.name in BESIDE and term.has_price]
+        terms = [term for term in (write(problem) for write in BESIDE) if term is not None]
         if self.options.objective == "time" or not terms:
             return self.cost(energy)
         at_given = rotary[np.isin(instance.location, self._every)]
