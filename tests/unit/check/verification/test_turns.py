@@ -7,11 +7,10 @@ import pytest
 
 from fiveaxis.base.errors import SettingError
 from fiveaxis.base.findings import Severity
-from fiveaxis.check import PathConstraints, Tolerances, verify
+from fiveaxis.check import PathConstraints, Tolerances, verify, verify_program
 from fiveaxis.check.verification.check_context import make_context
 from fiveaxis.check.verification.checks import check_tilt, check_tilt_between
 from fiveaxis.check.verification.turns import check_block_turns
-from fiveaxis.job import verify_program
 from fiveaxis.model import Constraints, MoveKind, Tool, Toolpath, filled, follow, tool_axes
 from fiveaxis.nc import write_motion
 
