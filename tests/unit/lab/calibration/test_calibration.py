@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.special import ndtri
 
 from fiveaxis.base.errors import FiveAxisError, InputError, SettingError
 from fiveaxis.lab.calibration.calibration import Calibration, calibrate_drive
@@ -177,6 +178,24 @@ def test_outliers_pull_the_fit_much_less_than_least_squares(tmp_path):
     fitted = found[0].value * 0.1 + found[1].value * 0.01  # W at 100 mm/s, where the truth is 60
     assert abs(fitted - 60.0) < 1.5
     assert plain @ [100.0, 1e4] > 70.0
+
+
+def test_the_noise_is_its_standard_deviation_and_one_outlier_changes_neither_it_nor_the_drive(tmp_path):
+    """Normal noise of 0.4 W, one value per quantile; in the second log one row more reads 500 W."""
+    rng = np.random.default_rng(6)
+    speed = rng.uniform(20.0, 150.0, 400)
+    noise = 0.4 * rng.permutation(ndtri((np.arange(400) + 0.5) / 400))
+    power = 0.2 * speed + 4e-3 * speed**2 + noise
+    found = []
+    for name, more in {"clean": ([], []), "outlier": ([80.0], [500.0])}.items():
+        v, p = np.append(speed, more[0]), np.append(power, more[1])
+        log = write_log(tmp_path / f"{name}.csv", v=v, a=0.0 * v, P=p)
+        found.append(fit(log, **BASIC, acceleration="a", axis="X", model="friction", max_acceleration=1.0))
+    clean, outlier = found
+    assert clean.noise == pytest.approx(0.4, rel=0.02)
+    assert outlier.noise == pytest.approx(clean.noise, rel=0.01)
+    assert outlier.drive.friction == pytest.approx(clean.drive.friction, rel=1e-3)
+    assert outlier.drive.viscous == pytest.approx(clean.drive.viscous, rel=1e-3)
 
 
 def test_correlated_noise_widens_the_intervals(tmp_path):
