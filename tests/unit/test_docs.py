@@ -4,17 +4,20 @@ import doctest
 import importlib.util
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
 import time
+from contextlib import chdir
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 from support.patience import PATIENCE
+from typer.testing import CliRunner
 
-from fiveaxis.cli.commands import VERBS
+from fiveaxis.cli.commands import VERBS, app
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -111,6 +114,25 @@ def run_page(page: Path, folder: Path) -> None:
 
 
 def run_command(command: str, folder: Path) -> str:
+    """Run a command and return what it prints.
+
+    One of fiveaxis runs in this process, where its libraries are loaded; any other, or a pipe, in a shell.
+    """
+    words = shlex.split(command)
+    if words[0] != "fiveaxis" or "|" in words:
+        return run_in_shell(command, folder)
+    end = min((words.index(sign) for sign in (">", "2>") if sign in words), default=len(words))
+    with chdir(folder):
+        done = CliRunner(env={"COLUMNS": "100"}).invoke(app, words[1:end])
+        files = dict(zip(words[end::2], words[end + 1 :: 2], strict=True))
+        for sign, printed in ((">", done.stdout), ("2>", done.stderr)):
+            if sign in files:
+                Path(files[sign]).write_text(printed, encoding="utf-8")
+    assert done.exit_code == 0, f"{command}\n{done.stdout}\n{done.stderr}"
+    return "" if ">" in files else done.stdout
+
+
+def run_in_shell(command: str, folder: Path) -> str:
     tools = str(Path(sys.executable).parent)
     environment = os.environ | {"COLUMNS": "100", "PATH": f"{tools}{os.pathsep}{os.environ['PATH']}"}
     shell = ["bash", "-o", "pipefail", "-c", command]
@@ -124,13 +146,9 @@ def run_command(command: str, folder: Path) -> str:
 def run_doctest(block: Block, names: dict[str, object], folder: Path, place: str) -> None:
     test = doctest.DocTestParser().get_doctest(block.text, names, place, place, 0)
     said: list[str] = []
-    before = Path.cwd()
-    os.chdir(folder)
-    try:
+    with chdir(folder):
         runner = doctest.DocTestRunner(Checker(), verbose=False)
         runner.run(test, out=said.append, clear_globs=False)
-    finally:
-        os.chdir(before)
     names.update(test.globs)
     assert runner.failures == 0, "".join(said)
 
