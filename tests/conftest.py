@@ -1,5 +1,6 @@
 """What several tests share: the real inputs and the machines."""
 
+import gc
 import os
 import re
 import subprocess
@@ -27,6 +28,9 @@ for profile, examples in {"push": 20, "merge": 100}.items():
     )
 settings.load_profile("push")
 
+# There is hardly any garbage while tests are collected, and looking for it takes half of the time.
+gc.disable()
+
 SHARED = Path(__file__).parents[2] / "shared"
 # s of processor time, of a test with its processes, where all loops are compiled: a longer one is `slow`.
 # Those that were measured so are listed; FIVEAXIS_WRITE_SLOW=1 adds what a run finds.
@@ -35,18 +39,22 @@ BOUND, MEASURED = 1.0, Path(__file__).with_name("slow.txt")
 COMPILING = "test_program_truth.py"
 UNCOMPILED = {"kinematics", "machine", "nc", "toolpath"}
 # The files that take longest, in this order: at the end of a run no process works on one while another has
-# nothing left.
+# nothing left. The first waits for a simulated machine: meanwhile `.ci/run` has other checks to do.
 LONGEST = (
+    "test_linuxcnc.py",
     "test_faults_of_controls.py",
     "test_docs.py",
-    "test_flow.py",
     "test_lower_bound.py",
+    "test_flow.py",
     "test_cad.py",
-    "test_revised_program.py",
+    "test_processors.py",
     "test_sweep.py",
     "test_in_browser.py",
+    "test_server.py",
     "test_approach.py",
     "test_reoptimise.py",
+    "test_revised_program.py",
+    "test_calibration.py",
 )
 
 
@@ -72,6 +80,13 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker("slow")
         if "data" in getattr(item, "fixturenames", ()):
             item.add_marker("shared")
+
+
+def pytest_collection_finish() -> None:
+    """Collect garbage again, but nothing of what was imported and collected, and more rarely."""
+    gc.freeze()
+    gc.set_threshold(50_000, 20, 20)
+    gc.enable()
 
 
 def short(nodeid: str) -> str:
