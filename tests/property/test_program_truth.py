@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.shop_programs import SHOPS, wall
+from support.shop_programs import SHOPS
 
 import fiveaxis as fx
 from fiveaxis.base.errors import AlreadyBetter
@@ -109,12 +109,8 @@ def file_of(name: str, folder: Path) -> Path:
     case = CASES[name]
     if case.file:
         return PROGRAMS / case.file
-    shop = SHOPS[name]
-    lines = [*shop.begin, *shop.face, *shop.drill, *shop.cuts(3, wall(30.0, 9), 1500.0)]
-    lines += [*shop.cuts(4, wall(24.0, 9)[:1] * 2, 800.0), *shop.cuts(5, wall(24.0, 9), 1200.0), *shop.end]
-    lines = [f"{n} {line}" for n, line in enumerate(lines)] if shop.numbered else lines
-    file = folder / f"{name}{shop.suffix}"
-    file.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    file = folder / f"{name}{SHOPS[name].suffix}"
+    file.write_text("\n".join(SHOPS[name].lines(9)) + "\n", encoding="utf-8")
     return file
 
 
@@ -174,6 +170,26 @@ def test_both_texts_cost_what_the_energy_of_their_files_says(name, folder, tmp_p
     new = tmp_path / file_of(name, folder).name
     new.write_bytes(made.data)
     assert said(part.after) == said(fx.program_energy(new, machine, **given).energy)
+
+
+def test_one_operation_is_revised_and_verified_and_every_other_line_stays(name, folder, tmp_path):
+    made, machine = revised(name, folder, TRADES), resolve(job_of(name, folder)).machine
+    assert made.ok
+    before, after = file_of(name, folder).read_bytes().split(b"\n"), made.data.split(b"\n")
+    if not made.outcomes:
+        assert after == before
+        return
+    [outcome] = made.outcomes.values()
+    revision = outcome.revision
+    assert after[: revision.first - 1] == before[: revision.first - 1]
+    rest = len(before) - revision.last
+    assert after[-rest:] == before[-rest:]
+    assert outcome.original.total > outcome.solution.energy.total
+    new = tmp_path / file_of(name, folder).name
+    new.write_bytes(made.data)
+    again = fx.read_operations(new, machine=machine)
+    assert [each.kind for each in again] == [part.operation.kind for part in made.parts]
+    assert [each.tool for each in again] == [part.operation.tool for part in made.parts]
 
 
 def test_the_programs_own_postures_change_no_byte_and_no_price(name, folder):

@@ -74,15 +74,16 @@ class Shop:
         yield self.rapid.format(words=self.words((0.0, 0.0, 60.0, 0.0, 0.0), "Z"))
         yield from self.stop
 
-    def lines(self) -> list[str]:
-        """Write the program."""
+    def lines(self, count: int = 30, notes: Sequence[str] = ()) -> list[str]:
+        """Write the program, with so many locations in each pass of five axes, and notes on its tools."""
         found = [
             *self.begin,
+            *notes,
             *self.face,
             *self.drill,
-            *self.cuts(3, wall(30.0), 1500.0),
+            *self.cuts(3, wall(30.0, count), 1500.0),
             *self.cuts(4, TILTED, 800.0),
-            *self.cuts(5, wall(24.0), 1200.0),
+            *self.cuts(5, wall(24.0, count), 1200.0),
             *self.end,
         ]
         return [f"{number} {line}" for number, line in enumerate(found)] if self.numbered else found

@@ -99,7 +99,7 @@ def test_other_cutters_leave_no_higher_ridges_and_not_much_lower_ones(
 ):
     part, scallop = mesh(parts / f"{name}.step"), 0.03
     path = plan_contour(
-        part, parse_tool(tool), strategy=strategy, faces="1", scallop=scallop, spacing=0.3, **BOUNDS
+        part, parse_tool(tool), strategy=strategy, faces="1", scallop=scallop, spacing=0.6, **BOUNDS
     )
     distance, normal = form(path.contact[path.cutting])
     assert np.abs(distance).max() < OFF

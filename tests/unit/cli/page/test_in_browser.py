@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from support.browser import NEEDS_BROWSER
 from support.served_page import SIZE, ServedPage, Visitor
-from support.shop_programs import SHOPS, wall
+from support.shop_programs import SHOPS
 
 pytestmark = NEEDS_BROWSER
 
@@ -27,17 +27,13 @@ def page():
 @pytest.fixture
 def program(tmp_path):
     """Five operations, two of them in five axes with tools that comments state."""
-    shop = SHOPS["fanuc"]
-    cuts = [*shop.cuts(3, wall(30.0, 9), 1500.0), *shop.cuts(4, wall(24.0, 9)[:1] * 2, 800.0)]
-    lines = [*shop.begin, *NOTES, *shop.face, *shop.drill, *cuts, *shop.cuts(5, wall(24.0, 9), 1200.0)]
     path = tmp_path / "bracket.nc"
-    path.write_text("\n".join([*lines, *shop.end]) + "\n")
+    path.write_text("\n".join(SHOPS["fanuc"].lines(9, NOTES)) + "\n")
     return path
 
 
-@pytest.mark.parametrize("size", SIZES)
-def test_a_program_is_dropped_seen_improved_and_downloaded(browser, page, program, size):
-    visitor = Visitor(browser, page, size)
+def test_a_program_is_dropped_seen_improved_and_downloaded(browser, page, program):
+    visitor = Visitor(browser, page, SIZES[1])
     visitor.drop(program)
     visitor.wait("document.querySelector('#dropped').textContent === 'bracket.nc'")
     visitor.click("[data-machine=dmu50ev]")
@@ -61,7 +57,9 @@ def test_a_program_is_dropped_seen_improved_and_downloaded(browser, page, progra
     assert status == 200
     assert made.decode().splitlines()[:4] == program.read_text().splitlines()[:4]
     assert made != program.read_bytes()
-    assert browser.run("document.documentElement.scrollWidth <= innerWidth")
+    for size in SIZES:
+        browser.look(*size)
+        assert browser.run("document.documentElement.scrollWidth <= innerWidth"), size
     assert not browser.complaints
 
 
