@@ -1,4 +1,4 @@
-"""Break the package in forty small ways, and print which of them its tests notice.
+"""Break the package in forty-five small ways, and print which of them its tests notice.
 
 Usage: python tests/benchmarks/mutants.py [--part 1/2] [--only WORD…] [--under COMMAND]
 
@@ -340,6 +340,42 @@ MUTANTS = (
         "np.append(half[1:], 0.0), 0.0)",
         "np.append(0.0, half[:-1]), 0.0)",
         PATHS,
+    ),
+    Mutant(
+        "check/verification/checks.py",
+        "lean within moves never beyond its bound",
+        "np.nan_to_num(np.maximum(angles - one.high, one.low - angles), nan=-np.inf)",
+        "np.nan_to_num(np.minimum(angles - one.high, one.low - angles), nan=-np.inf)",
+        VERIFICATION,
+    ),
+    Mutant(
+        "check/collision/obstacles.py",
+        "the last solid of a tool may touch",
+        "for solid in range(len(begin) - 1):",
+        "for solid in range(len(begin) - 2):",
+        COLLISION,
+        compiled=True,
+    ),
+    Mutant(
+        "nc/control/wrapping.py",
+        "-0 turns forwards",
+        "backwards = math.copysign(1.0, word) < 0.0",
+        "backwards = word < 0.0",
+        READING,
+    ),
+    Mutant(
+        "base/interrupted.py",
+        "later steps of threads have the names of earlier ones",
+        "        self._count += 1\n        return Kept(",
+        "        return Kept(",
+        ("unit/job/test_unfinished.py",),
+    ),
+    Mutant(
+        "lab/calibration/drive_fits.py",
+        "noise of a log by another multiple of its median",
+        "NORMAL_MAD = 1.4826",
+        "NORMAL_MAD = 1.349",
+        ("unit/lab/calibration",),
     ),
 )
 
