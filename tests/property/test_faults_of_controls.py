@@ -67,7 +67,9 @@ def covering() -> set[Case]:
         for fault, text in trial.faults(1, np.random.default_rng(SEED))
         if fault.matters(trial.subject, text)
     }
-    return set(pairwise_cover(sorted(matter)))
+    # Of programs that serve alike, the one of the part that is verified sooner.
+    parts = list(PARTS)
+    return set(pairwise_cover(sorted(matter, key=lambda case: (parts.index(case[1]), case))))
 
 
 @pytest.mark.slow

@@ -44,12 +44,14 @@ class Case:
     Parameters
     ----------
     file : under the shared data; None for a shop program, by the case's name
+    kept : lines of its begin and of its end, where those between repeat them
     """
 
     machine: str
     tool: str
     operation: int = 1
     file: str | None = None
+    kept: tuple[int, int] | None = None
     cone: float = 20.0
     tool_length: float | None = None
     rapid: float | None = None
@@ -58,7 +60,7 @@ class Case:
 REAL = {
     "dome": Case("hayashi-640123", "ball:8", 1, "dome_good_already.nc", tool_length=120.0, rapid=1e4),
     "three tools": Case(str(PROGRAMS / "three_tools_machine.toml"), "ball:8", 3, "three_tools.nc"),
-    "fan": Case(str(PROGRAMS / "fanuc_machine.toml"), "ball:8", 1, "fan_good_already.nc", cone=15.0),
+    "fan": Case(str(PROGRAMS / "fanuc_machine.toml"), "ball:8", 1, "fan_good_already.nc", (103, 5), 15.0),
     "axis words": Case(str(PROGRAMS / "fanuc_machine.toml"), "ball:6", 1, "fanuc_mixed_axes.nc"),
     "inches": Case("dmu50ev", "ball:6", 4, "../toolpaths/nx_dmu70_840d_traori_inch.mpf", rapid=1e4),
     "ring": Case("hayashi-640123", "ball:8", 1, "traori_ring.mpf", cone=15.0, rapid=2e4),
@@ -107,10 +109,15 @@ def twice(request: pytest.FixtureRequest) -> str:
 @cache
 def file_of(name: str, folder: Path) -> Path:
     case = CASES[name]
-    if case.file:
+    if case.file and case.kept is None:
         return PROGRAMS / case.file
-    file = folder / f"{name}{SHOPS[name].suffix}"
-    file.write_text("\n".join(SHOPS[name].lines(9)) + "\n", encoding="utf-8")
+    if case.file:
+        given = (PROGRAMS / case.file).read_text(encoding="utf-8").splitlines()
+        suffix, lines = Path(case.file).suffix, [*given[: case.kept[0]], *given[-case.kept[1] :]]
+    else:
+        suffix, lines = SHOPS[name].suffix, SHOPS[name].lines(9)
+    file = folder / f"{name}{suffix}"
+    file.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return file
 
 
