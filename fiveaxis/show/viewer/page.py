@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from html import escape
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from importlib.metadata import distribution
 from importlib.resources import files
 from pathlib import Path
 from string import Template
@@ -22,9 +23,9 @@ from typing import TYPE_CHECKING, Any
 from fiveaxis.base import CadFile, Finding, MeshSource, SettingError, group_findings, write_atomically
 from fiveaxis.posture import Optimum
 from fiveaxis.show.viewer.moves import NO_LINE, ShownProgram, Side, choose_sides, find_stops, shown_result
-from fiveaxis.show.viewer.payload import VIRIDIS, Recorder, describe_show, pack_payload
+from fiveaxis.show.viewer.payload import VIRIDIS, describe_show, pack_payload
+from fiveaxis.show.viewer.recorder import Recorder
 from fiveaxis.show.viewer.scene import STOCK_COLOUR, Scene, build_scene
-from fiveaxis.show.viewer.solids import load_meshcat
 from fiveaxis.show.viewer.stock import PlayedStock
 from fiveaxis.show.viewer.whole import WholeProgram
 
@@ -114,15 +115,20 @@ def render_page(
     standing = None if program is None else program.report.standing
     if isinstance(solution, WholeProgram):
         surroundings, findings, standing = solution.surroundings, solution.findings, solution.standing
-    meshcat = load_meshcat()
     recorder = Recorder()
     sides = (solution.side,) if isinstance(solution, WholeProgram) else choose_sides(solution, program)
-    vis = meshcat.Visualizer(window=recorder)
     stops = find_stops(findings, sides[0])
     # Of a whole program, which may have a fault in every block, only where each run of them begins.
     marked = [stop.finding for stop in stops] if isinstance(solution, WholeProgram) else findings
     scene = build_scene(
-        vis, solution, sides, part, surroundings=surroundings, findings=marked, standing=standing, cad=cad
+        recorder,
+        solution,
+        sides,
+        part,
+        surroundings=surroundings,
+        findings=marked,
+        standing=standing,
+        cad=cad,
     )
     blank = None if surroundings is None else surroundings.blank
     cut = None if program is None else program.report.cut
@@ -140,7 +146,8 @@ def render_page(
     if played is not None:
         head["stock"] = played.describe(sections) | {"colour": STOCK_COLOUR}
     logger.debug("%d messages to the scene; %d findings", len(recorder.commands), len(findings))
-    bundle = Path(meshcat.viewer_assets_path()) / "dist" / "main.min.js"
+    # Its script alone: the library would import a server and a notebook.
+    bundle = Path(str(distribution("meshcat").locate_file("meshcat/viewer/dist/main.min.js")))
     axes = solution.machine.axes
     others = "; those of a baseline beside the optimised program in the grey half of each row"
     return Template(_own("page.html")).substitute(

@@ -7,7 +7,6 @@ import gzip
 import json
 import math
 from collections.abc import Mapping, Sequence
-from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -40,17 +39,6 @@ VIRIDIS = np.array(
 CLIPPED_AT = 0.98
 # It also ends at this multiple of this quantile of the result's powers, because of costly baselines.
 USUAL, MULTIPLE = 0.9, 3.0
-
-
-class Recorder:
-    """Replaces meshcat's window: keeps the commands, so that no server process is needed."""
-
-    def __init__(self) -> None:
-        self.commands: list[bytes] = []
-
-    def send(self, command: Any) -> None:
-        """Keep a command as the bytes that a browser would get."""
-        self.commands.append(import_module("umsgpack").packb(command.lower()))
 
 
 class Sections:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,12 +18,11 @@ from fiveaxis.check import Standing, Surroundings, box_corners, with_nose, with_
 from fiveaxis.model import BED, CUTTER, HOLDER, SHANK, Body, Machine, Tool, Toolpath, link_poses, tool_poses
 from fiveaxis.show.viewer.moves import Side, shown_points
 from fiveaxis.show.viewer.numbers import number_marks
+from fiveaxis.show.viewer.recorder import BY_VERTEX, Recorder, segments, triangles
 from fiveaxis.show.viewer.schematic import schematic_bodies
 from fiveaxis.show.viewer.solids import (
     corners,
-    identify,
     is_flat,
-    load_meshcat,
     make_geometry,
     mesh_geometry,
     pose_of,
@@ -38,8 +37,9 @@ ROOT = "fiveaxis"
 STAGE = f"{ROOT}/stage"
 # Radius of a finding's mark, as a share of the path's size.
 MARK = 0.018
-# Sectors of a turn of the tool's parts.
+# Sectors of a turn of the tool's parts; colours of the ends of the axes of a zero.
 SECTORS = 36
+TRIAD_COLOURS = ((1, 0, 0), (1, 0.6, 0), (0, 1, 0), (0.6, 1, 0), (0, 0, 1), (0, 0.6, 1))
 BACKGROUND = ((0.16, 0.18, 0.22), (0.09, 0.10, 0.12))
 CAMERA = (1.75, 1.05, 1.75)  # x, up, -y
 # Rows at which the space that the tool and the part need is looked at.
@@ -109,7 +109,7 @@ class Scene:
 
 
 def build_scene(
-    vis: Any,
+    recorder: Recorder,
     solution: Optimum | WholeProgram,
     sides: Sequence[Side],
     part: MeshSource | None = None,
@@ -119,11 +119,11 @@ def build_scene(
     standing: Standing | None = None,
     cad: CadFile = CadFile(),
 ) -> Scene:
-    """Build the meshcat scene of a solution, every axis at 0.
+    """Build the scene of a solution, every axis at 0.
 
     Parameters
     ----------
-    vis : a meshcat visualizer
+    recorder : takes the scene's commands
     solution : to show
     sides : its motions, the result first
     part : mesh of the part in mm, or its file; None takes that of the surroundings
@@ -146,13 +146,13 @@ def build_scene(
     workpiece = f"{STAGE}/workpiece"
     model = None
     if mesh is not None:
-        add_part(vis, workpiece, mesh)
+        add_part(recorder, workpiece, mesh)
         model = mesh.model
     if model is not None:
-        add_numbers(vis, workpiece, model)
-    add_surroundings(vis, workpiece, around)
+        add_numbers(recorder, workpiece, model)
+    add_surroundings(recorder, workpiece, around)
     own = max(float(np.ptp(cuts, axis=0).max()), path.tool.diameter)
-    marked = add_marks(vis, workpiece, findings, shown_points(path), MARK * own)
+    marked = add_marks(recorder, workpiece, findings, shown_points(path), MARK * own)
     tool_height = max(float(outlined.outline[-1, 1]) for outlined in path.tool.parts())
     if path.tool.holder is None:
         tool_height = max(TOOL_IN_VIEW * path.tool.diameter, min(tool_height, 2.0 * own))
@@ -160,15 +160,15 @@ def build_scene(
         machine, radius=max(0.75 * part_box.size, 40.0), nose_height=tool_height
     )
     assumed = _assumed(machine, path, surroundings or Surroundings(), standing)
-    add_bodies(vis, f"{STAGE}/links", machine, (*bodies, *assumed))
+    add_bodies(recorder, f"{STAGE}/links", machine, (*bodies, *assumed))
     if isinstance(solution, WholeProgram):
         for number, tool in enumerate(solution.tools):
-            add_tool(vis, f"{STAGE}/tool/{number}", tool or UNKNOWN, machine.tool_length)
+            add_tool(recorder, f"{STAGE}/tool/{number}", tool or UNKNOWN, machine.tool_length)
     else:
-        add_tool(vis, f"{STAGE}/tool", path.tool, machine.tool_length)
+        add_tool(recorder, f"{STAGE}/tool", path.tool, machine.tool_length)
     boxes = [box_corners(part_box.low, part_box.high), *(corners(f.shape) for f in around.fixtures)]
     extents = _extents(machine, sides, np.vstack(boxes), tool_height, bodies)
-    _set_stage(vis, max(own, part_box.size))
+    _set_stage(recorder, max(own, part_box.size))
     return Scene(
         extents=extents,
         has_part=mesh is not None,
@@ -215,15 +215,18 @@ def _extents(
     }
 
 
-def _set_stage(vis: Any, size: float) -> None:
+def _set_stage(recorder: Recorder, size: float) -> None:
     """Aim the camera, replace grid and axes by a triad at the workpiece's zero."""
     for name in ("/Grid", "/Axes"):
-        vis[name].set_property("visible", False)
+        recorder.set(name, "visible", False)
     for key, colour in zip(("top_color", "bottom_color"), BACKGROUND, strict=True):
-        vis["/Background"].set_property(key, list(colour))
-    vis["/Cameras/default/rotated/<object>"].set_property("position", list(CAMERA))
-    triad = load_meshcat().geometry.triad(size / 6.0)
-    vis[f"{STAGE}/workpiece/zero"].set_object(identify(triad, "zero"))
+        recorder.set("/Background", key, colour)
+    recorder.set("/Cameras/default/rotated/<object>", "position", CAMERA)
+    ends = np.zeros((6, 3))
+    ends[[1, 3, 5], [0, 1, 2]] = size / 6.0
+    triad, look = segments(ends, np.array(TRIAD_COLOURS)), {"vertexColors": BY_VERTEX}
+    place = f"{STAGE}/workpiece/zero"
+    recorder.add(place, "zero", triad, look, kind="LineSegments", material="LineBasicMaterial")
 
 
 def gather(
@@ -249,38 +252,37 @@ def gather(
     return None if shown is None else Mesh.of(shown), replace(around, part=None)
 
 
-def add_part(vis: Any, root: str, mesh: Mesh) -> None:
+def add_part(recorder: Recorder, root: str, mesh: Mesh) -> None:
     """Add the finished part, half transparent."""
     geometry = mesh_geometry(mesh.vertices, mesh.faces, MOST_PART_TRIANGLES)
     look = {"color": PART_COLOUR, "opacity": 0.55, "flatShading": True, "depthWrite": False}
-    _add(vis, f"{root}/part", "part", geometry, **look)
+    recorder.add(f"{root}/part", "part", geometry, look)
 
 
-def add_numbers(vis: Any, root: str, model: Model) -> None:
+def add_numbers(recorder: Recorder, root: str, model: Model) -> None:
     """Add the numbers of a model's faces, seen from outside only, and hidden at first."""
-    shapes = load_meshcat().geometry
-    body = shapes.TriangularMeshGeometry(*number_marks(model))
-    node = vis[f"{root}/numbers"]
-    material = shapes.MeshBasicMaterial(vertexColors=True, side=0)
-    node.set_object(identify(shapes.Mesh(body, material), "numbers"))
-    node.set_property("visible", False)
+    marks, look = triangles(*number_marks(model)), {"vertexColors": BY_VERTEX, "side": 0}
+    recorder.add(f"{root}/numbers", "numbers", marks, look, material="MeshBasicMaterial")
+    recorder.set(f"{root}/numbers", "visible", False)
 
 
-def add_surroundings(vis: Any, root: str, around: Surroundings) -> None:
+def add_surroundings(recorder: Recorder, root: str, around: Surroundings) -> None:
     """Add fixtures, and a stock that isn't cut, hidden at first."""
     if around.stock is not None and around.blank is None:
         geometry = mesh_geometry(around.stock.vertices, around.stock.faces, MOST_PART_TRIANGLES)
         look = {"color": STOCK_COLOUR, "opacity": 0.25, "flatShading": True, "depthWrite": False}
-        _add(vis, f"{root}/stock", "stock", geometry, **look).set_property("visible", False)
+        recorder.add(f"{root}/stock", "stock", geometry, look)
+        recorder.set(f"{root}/stock", "visible", False)
     # Numbered, as a name may contain any characters.
     for i, fixture in enumerate(around.fixtures):
         name = f"fixtures/{i}"
         geometry = make_geometry(fixture.shape, MOST_TRIANGLES)
         look = {"color": FIXTURE_COLOUR, "flatShading": is_flat(fixture.shape)}
-        _add(vis, f"{root}/{name}", name, geometry, **look).set_transform(pose_of(fixture.shape))
+        recorder.add(f"{root}/{name}", name, geometry, look)
+        recorder.place(f"{root}/{name}", pose_of(fixture.shape))
 
 
-def add_bodies(vis: Any, node: str, machine: Machine, bodies: Sequence[Body]) -> None:
+def add_bodies(recorder: Recorder, node: str, machine: Machine, bodies: Sequence[Body]) -> None:
     """Add the bodies of a machine, one object each, below a node per link; every axis at 0."""
     for i, body in enumerate(bodies):
         name = f"{node}/{body.link}/{i}"
@@ -288,21 +290,21 @@ def add_bodies(vis: Any, node: str, machine: Machine, bodies: Sequence[Body]) ->
         opacity = ASSUMED_OPACITY if body.assumed else MACHINE_OPACITY
         look = {"color": _body_colour(body, machine), "opacity": opacity}
         look |= {"flatShading": is_flat(body.shape), "depthWrite": False}
-        _add(vis, name, name, geometry, **look).set_transform(machine.machine_frame @ pose_of(body.shape))
+        recorder.add(name, name, geometry, look)
+        recorder.place(name, machine.machine_frame @ pose_of(body.shape))
 
 
-def add_tool(vis: Any, node: str, tool: Tool, length: float = 0.0) -> None:
+def add_tool(recorder: Recorder, node: str, tool: Tool, length: float = 0.0) -> None:
     """Add a tool, each part a body of revolution about z, with its tip at zero.
 
     `length`, mm, is from the spindle's gauge point to the tip; 0 where it isn't known.
     """
-    shapes = load_meshcat().geometry
     for part, outline in tool_outlines(tool, length).items():
         name = f"{node}/{part}"
         colour = {CUTTER: CUTTER_COLOUR, HOLDER: HOLDER_COLOUR}.get(part, SHANK_COLOUR)
         body = Mesh.revolved(outline, SECTORS)
-        geometry = shapes.TriangularMeshGeometry(body.vertices, body.faces)
-        _add(vis, name, name, geometry, color=colour, flatShading=False)
+        geometry = triangles(body.vertices, body.faces)
+        recorder.add(name, name, geometry, {"color": colour, "flatShading": False})
 
 
 def tool_outlines(tool: Tool, length: float = 0.0) -> dict[str, Array]:
@@ -322,31 +324,24 @@ def tool_outlines(tool: Tool, length: float = 0.0) -> dict[str, Array]:
     return {name: np.vstack([[0.0, rows[0, 1]], rows]) for name, rows in outlines.items()}
 
 
-def add_marks(vis: Any, root: str, findings: Sequence[Finding], points: Array, radius: float) -> bool:
+def add_marks(
+    recorder: Recorder, root: str, findings: Sequence[Finding], points: Array, radius: float
+) -> bool:
     """Add the findings' marks, one object per severity, visible through everything, if there are any.
 
     They stand at points, (n, 3) mm, where the result's locations are drawn; findings without one get none.
     """
-    shapes = load_meshcat().geometry
     marked = False
     for severity, colour in MARK_COLOURS.items():
         found = (f.place.location for f in findings if f.severity is severity)
         rows = sorted({row for row in found if row is not None and 0 <= row < len(points)})
         if rows:
             name, marked = f"marks/{severity}", True
-            body = shapes.TriangularMeshGeometry(*scatter_marks(points[rows], radius))
+            body = triangles(*scatter_marks(points[rows], radius))
             # Transparent objects are drawn last; without a depth test nothing hides them.
-            material = shapes.MeshBasicMaterial(color=colour, transparent=True, depthTest=False)
-            vis[f"{root}/{name}"].set_object(identify(shapes.Mesh(body, material), name))
+            look = {"color": colour, "transparent": True, "depthTest": False}
+            recorder.add(f"{root}/{name}", name, body, look, material="MeshBasicMaterial")
     return marked
-
-
-def _add(vis: Any, path: str, name: str, geometry: Any, **look: Any) -> Any:
-    """Add a lit object, identified by a name, at a path, and return its node."""
-    shapes = load_meshcat().geometry
-    node = vis[path]
-    node.set_object(identify(shapes.Mesh(geometry, shapes.MeshPhongMaterial(**look)), name))
-    return node
 
 
 def _body_colour(body: Body, machine: Machine) -> int:

@@ -1,13 +1,7 @@
-"""Shapes as meshcat's geometries: boxes, cylinders, thinned meshes, bodies of revolution, marks.
-
-meshcat is imported when needed, and its objects get reproducible identifiers.
-"""
+"""Shapes as geometries of the page: boxes, cylinders, thinned meshes, marks."""
 
 from __future__ import annotations
 
-import uuid
-import warnings
-from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -16,10 +10,9 @@ from fiveaxis.base import Array, IntArray
 from fiveaxis.cam import load_mesh
 from fiveaxis.check import box_corners
 from fiveaxis.model import Box, Cylinder, MeshShape, Shape
+from fiveaxis.show.viewer.recorder import box, cylinder, triangles
 
-# Identifiers of scene objects follow from this and their name, so a scene always has the same bytes.
-NAMESPACE = uuid.UUID("5d0a4f0e-6c1b-5e55-9a0f-640123000000")
-# Turns meshcat's cylinder, which lies along y about its middle, along z.
+# Turns the page's cylinder, which lies along y about its middle, along z.
 UPRIGHT = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]], dtype=float)
 # Corners and faces of an octahedron of radius 1, anticlockwise seen from outside.
 CORNERS = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=float)
@@ -28,45 +21,23 @@ FACES = np.array(
 )
 
 
-def load_meshcat() -> Any:
-    """Import meshcat without the deprecation warning of its import of zmq."""
-    with warnings.catch_warnings():
-        warnings.filterwarnings(
-            "ignore", message="zmq.eventloop.ioloop is deprecated", category=DeprecationWarning
-        )
-        return import_module("meshcat")
-
-
-def identify(thing: Any, name: str) -> Any:
-    """Set the identifiers of a meshcat object, its geometry and its material, from a name.
-
-    meshcat's own come from the clock and the network card.
-    """
-    thing.uuid = str(uuid.uuid5(NAMESPACE, name))
-    thing.geometry.uuid = str(uuid.uuid5(NAMESPACE, f"{name}/geometry"))
-    thing.material.uuid = str(uuid.uuid5(NAMESPACE, f"{name}/material"))
-    return thing
-
-
-def make_geometry(shape: Shape, most_triangles: int) -> Any:
+def make_geometry(shape: Shape, most_triangles: int) -> dict[str, Any]:
     """Make a shape's geometry in its own frame; a mesh is thinned."""
-    shapes = load_meshcat().geometry
     if isinstance(shape, Box):
-        return shapes.Box(list(shape.size))
+        return box(shape.size)
     if isinstance(shape, Cylinder):
-        return shapes.Cylinder(shape.height, shape.radius)
+        return cylinder(shape.radius, shape.height)
     mesh = load_mesh(shape.file, allow_open=True)
-    return mesh_geometry(shape.scale * np.asarray(mesh.vertices, dtype=float), mesh.faces, most_triangles)
+    return mesh_geometry(shape.scale * mesh.vertices, mesh.faces, most_triangles)
 
 
-def mesh_geometry(vertices: Array, faces: IntArray, most_triangles: int) -> Any:
+def mesh_geometry(vertices: Array, faces: IntArray, most_triangles: int) -> dict[str, Any]:
     """Make a mesh's geometry, thinned if it is too fine to be shown: (v, 3) mm, (f, 3)."""
-    thin = thin_mesh(np.asarray(vertices, dtype=float), np.asarray(faces), most_triangles)
-    return load_meshcat().geometry.TriangularMeshGeometry(*thin)
+    return triangles(*thin_mesh(vertices, faces, most_triangles))
 
 
 def pose_of(shape: Shape) -> Array:
-    """Return the pose of a shape's geometry, (4, 4) mm; meshcat's cylinder lies along y."""
+    """Return the pose of a shape's geometry, (4, 4) mm; the page's cylinder lies along y."""
     return shape.frame @ UPRIGHT if isinstance(shape, Cylinder) else shape.frame
 
 
@@ -79,7 +50,7 @@ def corners(shape: Shape) -> Array:
         The mesh can't be read.
     """
     if isinstance(shape, MeshShape):
-        vertices = shape.scale * np.asarray(load_mesh(shape.file, allow_open=True).vertices, dtype=float)
+        vertices = shape.scale * load_mesh(shape.file, allow_open=True).vertices
         low, high = vertices.min(axis=0), vertices.max(axis=0)
     else:
         sides = shape.size if isinstance(shape, Box) else (2 * shape.radius, 2 * shape.radius, shape.height)

@@ -11,9 +11,8 @@ from fiveaxis.base.errors import MeshError
 from fiveaxis.model import Body, Box, Cylinder, MeshShape
 from fiveaxis.show.viewer.moves import choose_sides
 from fiveaxis.show.viewer.page import render_page
-from fiveaxis.show.viewer.payload import Recorder
+from fiveaxis.show.viewer.recorder import Recorder
 from fiveaxis.show.viewer.scene import MOST_TRIANGLES, build_scene
-from fiveaxis.show.viewer.solids import load_meshcat
 
 NODE = "/meshcat/fiveaxis/stage/links"
 DIRECTION = (0.6, 0.0, 0.8)
@@ -38,7 +37,7 @@ def furnished(solution):
 
 def commands_of(solution, part=None) -> list[dict]:
     recorder = Recorder()
-    build_scene(load_meshcat().Visualizer(window=recorder), solution, choose_sides(solution), part)
+    build_scene(recorder, solution, choose_sides(solution), part)
     return [umsgpack.unpackb(c) for c in recorder.commands]
 
 

@@ -13,9 +13,9 @@ from fiveaxis.check import Fixture, Surroundings
 from fiveaxis.model import Box, Cylinder, MoveKind, Tool, parse_tool, tool_poses
 from fiveaxis.model.toolpath.tool import Holder, Section
 from fiveaxis.show.viewer.moves import LIFT, choose_sides, shown_points
-from fiveaxis.show.viewer.payload import Recorder
+from fiveaxis.show.viewer.recorder import Recorder
 from fiveaxis.show.viewer.scene import FIXTURE_COLOUR, PART_COLOUR, STOCK_COLOUR, build_scene, tool_outlines
-from fiveaxis.show.viewer.solids import load_meshcat, scatter_marks
+from fiveaxis.show.viewer.solids import scatter_marks
 
 # mm: single precision, as used by browsers, up to a metre away.
 SINGLE = 1e-4
@@ -25,7 +25,7 @@ ROOT = "/meshcat/fiveaxis/stage/"
 def scene(solution, part=None) -> tuple[dict[str, dict], list[dict]]:
     """Objects by path, and all commands."""
     recorder = Recorder()
-    build_scene(load_meshcat().Visualizer(window=recorder), solution, choose_sides(solution), part)
+    build_scene(recorder, solution, choose_sides(solution), part)
     commands = [umsgpack.unpackb(c) for c in recorder.commands]
     return {c["path"]: c["object"] for c in commands if c["type"] == "set_object"}, commands
 
@@ -90,8 +90,7 @@ def test_marks_are_one_object_per_severity_at_the_findings_locations(solution):
     ]
     lost = [Finding(Severity.NOTE, "code", "said", Place(row)) for row in (None, -1, 10_000)]
     recorder = Recorder()
-    vis = load_meshcat().Visualizer(window=recorder)
-    build_scene(vis, solution, choose_sides(solution), findings=[*findings, *lost])
+    build_scene(recorder, solution, choose_sides(solution), findings=[*findings, *lost])
     commands = [umsgpack.unpackb(c) for c in recorder.commands]
     marks = {c["path"]: c["object"] for c in commands if "/marks/" in c["path"]}
     assert set(marks) == {f"{ROOT}workpiece/marks/{name}" for name in locations}
@@ -119,8 +118,7 @@ def test_part_stock_and_fixtures_have_their_colours_and_poses(solution, part):
         fixtures=(Fixture("a/b", Box((1.0, 2.0, 3.0), (60.0, 0, 0))), Fixture("post", post)),
     )
     recorder = Recorder()
-    vis = load_meshcat().Visualizer(window=recorder)
-    built = build_scene(vis, solution, choose_sides(solution), surroundings=around)
+    built = build_scene(recorder, solution, choose_sides(solution), surroundings=around)
     assert built.fixtures == ("a/b", "post")
     commands = [umsgpack.unpackb(c) for c in recorder.commands]
     root = f"{ROOT}workpiece/"
@@ -137,8 +135,8 @@ def test_the_first_view_holds_fixtures_and_the_whole_tool(solution, part):
     post = Cylinder(5.0, 40.0, (0.0, 90.0, -10.0), (1.0, 0.0, 0.0))
     long = replace(solution, toolpath=replace(solution.toolpath, tool=Tool.ball(10, holder=HOLDER)))
     around = Surroundings(fixtures=(Fixture("post", post),))
-    vis = load_meshcat().Visualizer(window=Recorder())
-    extents = build_scene(vis, long, choose_sides(long), part, surroundings=around).extents
+    recorder = Recorder()
+    extents = build_scene(recorder, long, choose_sides(long), part, surroundings=around).extents
     box = extents["part"]
     assert box.high[1] >= 95.0
     assert box.low[2] <= -15.0
