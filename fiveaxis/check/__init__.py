@@ -2,7 +2,7 @@
 
 - `collision`: bodies around the tool, clearances, which postures are clear; `stock`: what is left of it;
 - `placing`: where the part can stand so that a path is reached, and where it stands when nobody says;
-- `verification`: one list of checks of programs, ours and others'.
+- `verification`: one list of checks of programs, ours and others'; the release gate.
 
 Search and verification are two engines on purpose: a fault of one must not hide in the other. `collision`
 has both the mask of the search (`obstacles`) and the query of the check (`pieces`); a test holds that these

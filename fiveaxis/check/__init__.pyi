@@ -55,6 +55,8 @@ from .verification.read_back import ReadBack as ReadBack
 from .verification.read_back import WrittenText as WrittenText
 from .verification.read_back import check_text as check_text
 from .verification.read_back import unsaid as unsaid
+from .verification.release import Gate as Gate
+from .verification.release import require_report as require_report
 from .verification.removal import cut_along as cut_along
 from .verification.report import Report as Report
 from .verification.report import make_report as make_report

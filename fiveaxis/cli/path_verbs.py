@@ -20,6 +20,7 @@ from fiveaxis.base import (
     Bounds,
     Framing,
     Infeasible,
+    JobError,
     OnMachine,
     Placing,
     ReadProgram,
@@ -246,7 +247,7 @@ def _as_it_is(options: Mapping[str, Any], work: Work, *, browser: bool) -> Previ
 
 def job_of(options: Mapping[str, Any]) -> Job:
     """Make the job of a command's options, which replace settings of a job file."""
-    from fiveaxis.job import Job, PlanTable, choose_search, make_job, read_fixtures, read_job
+    from fiveaxis.job import Job, PlanTable, make_job, read_fixtures, read_job
 
     given = {name: value for name, value in options.items() if value not in NOT_GIVEN}
     settings = {name: value for name, value in given.items() if name in Job.model_fields}
@@ -267,6 +268,39 @@ def job_of(options: Mapping[str, Any]) -> Job:
         job = make_job(input=source, **settings)
     searched = options.get("setup_search")
     return job if searched is None else choose_search(job, searched)
+
+
+def choose_search(job: Job, text: str) -> Job:
+    """Set the search for the setup as the option `--setup` says: ranges, names of the job's, or ``auto``.
+
+    Parameters
+    ----------
+    text : ``x=-50:50,angle=-180:180``, mm and deg, or ``x,angle``
+
+    Raises
+    ------
+    JobError
+        Another form, an unknown name, a name without a range.
+    """
+    from fiveaxis.job import SEARCHED, make_job
+
+    search = job.setup.search
+    if text.strip() == "auto":
+        return make_job(job, setup={"search": {"auto": True}})
+    known = {} if search is None else search.ranges
+    chosen: dict[str, Any] = {}
+    for part in text.split(","):
+        name, given, ends = (piece.strip() for piece in part.partition("="))
+        if name not in SEARCHED:
+            raise JobError(f"--setup: {name!r} is unknown; known: {', '.join(SEARCHED)}")
+        if not given and name not in known:
+            raise JobError(f"--setup: {name} has no range; give {name}=LOW:HIGH, or setup.search in the job")
+        try:
+            low, high = (float(end) for end in ends.split(":")) if given else known[name]
+        except ValueError:
+            raise JobError(f"--setup: {part.strip()!r} isn't of the form {name}=LOW:HIGH") from None
+        chosen[name] = (low, high)
+    return make_job(job, setup={"search": chosen if search is None else {"tries": search.tries} | chosen})
 
 
 @contextmanager

@@ -29,7 +29,7 @@ from fiveaxis.cli.process import INTERRUPTED, NobodyReads, write_results
 from fiveaxis.cli.work import leave_if_working
 
 if TYPE_CHECKING:
-    from fiveaxis.job import Gate
+    from fiveaxis.check import Gate
     from fiveaxis.lab import Budget
     from fiveaxis.model import Machine
 

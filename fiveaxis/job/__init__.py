@@ -5,8 +5,8 @@
   `placement` (where the part stands if nobody says); every later stage takes it;
 - its run: `setup_choice` (`run_job`), `setup_search`, `stages`, `clearing` (optimisation
   clear of collisions), `solution`, `results` (its files), `digest` (whether it is the same);
-- programs: `planned_program` (motion), `program` (text, read back and verified), `release` (the release
-  gate), `posting` (programs of motions and of other programs);
+- programs: `planned_program` (motion), `program` (text, read back and verified),
+  `posting` (programs of motions and of other programs);
 - a user's own program: `revised_program` (its operations, one by one), `in_place` (postures in the lines of
   one, verified and priced), `program_choice` (what is worth replacing it).
 - `batch`: many jobs on many processes or computers.

@@ -10,6 +10,7 @@ from .batch.record import Row as Row
 from .batch.run import Batch as Batch
 from .batch.run import run_batch as run_batch
 from .clearing import optimise as optimise
+from .description import SEARCHED as SEARCHED
 from .description import Job as Job
 from .description import PlanTable as PlanTable
 from .digest import digest_job as digest_job
@@ -26,12 +27,10 @@ from .loading import stated_control as stated_control
 from .posting import Posted as Posted
 from .posting import post_program as post_program
 from .posting import write_program as write_program
-from .reading import choose_search as choose_search
 from .reading import make_job as make_job
 from .reading import read_fixtures as read_fixtures
 from .reading import read_job as read_job
 from .reading import require_input as require_input
-from .release import Gate as Gate
 from .results import clear_postures as clear_postures
 from .results import withdrawing as withdrawing
 from .results import write_outcome as write_outcome

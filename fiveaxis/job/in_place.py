@@ -9,11 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from fiveaxis.base import Array, Coordinates, Finding, IntArray, JobError, Reading, Severity
-from fiveaxis.check import Against, check_read
+from fiveaxis.check import Against, Gate, check_read
 from fiveaxis.job.description import Job
 from fiveaxis.job.loading import operation_text, stated_control
 from fiveaxis.job.program import MadeProgram
-from fiveaxis.job.release import Gate
 from fiveaxis.job.solution import Solution
 from fiveaxis.lab import Pricing, ProgramEnergy, price_program
 from fiveaxis.model import (

@@ -12,15 +12,16 @@ from fiveaxis.base import Finding, Reading, ToolpathError, Writing, keywords_of
 from fiveaxis.check import (
     NOTHING,
     Against,
+    Gate,
     ReadBack,
     Report,
     check_motion_table,
     check_read,
     check_text,
     make_report,
+    require_report,
 )
 from fiveaxis.job.program import MadeProgram, Verdict, compose_verified, make_program
-from fiveaxis.job.release import Gate, require_report
 from fiveaxis.model import (
     Constraints,
     Interpolation,

@@ -14,6 +14,7 @@ import numpy as np
 from fiveaxis.base import Array, Finding, IntArray, Severity, ToolpathError, Unverified, write_atomically
 from fiveaxis.check import (
     DEFAULT_TOLERANCES,
+    Gate,
     ReadBack,
     Report,
     Surroundings,
@@ -23,7 +24,6 @@ from fiveaxis.check import (
     verify_text,
 )
 from fiveaxis.job.planned_program import PlannedProgram, may_thin, plan_program
-from fiveaxis.job.release import Gate
 from fiveaxis.lab import Engaged, price_program, word_rounding
 from fiveaxis.model import (
     AXIS_TOLERANCE,

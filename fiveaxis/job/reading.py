@@ -21,7 +21,7 @@ from fiveaxis.base import (
     validate_settings,
 )
 from fiveaxis.check import names_file
-from fiveaxis.job.description import SEARCHED, SWEEP, TOOL_FILE, FixtureFile, Job
+from fiveaxis.job.description import SWEEP, TOOL_FILE, FixtureFile, Job
 from fiveaxis.model import READERS as MACHINE_READERS
 from fiveaxis.model import load_machine, parse_tool
 from fiveaxis.nc import SUFFIXES, holds_path, suffix_of
@@ -155,37 +155,6 @@ def make_job(base: Job | None = None, **settings: Any) -> Job:
     if base is None:
         return made
     return made.with_origin(base.file, made.override_by if "override" in given else base.override_by)
-
-
-def choose_search(job: Job, text: str) -> Job:
-    """Set the search for the setup as the option `--setup` says: ranges, names of the job's, or ``auto``.
-
-    Parameters
-    ----------
-    text : ``x=-50:50,angle=-180:180``, mm and deg, or ``x,angle``
-
-    Raises
-    ------
-    JobError
-        Another form, an unknown name, a name without a range.
-    """
-    search = job.setup.search
-    if text.strip() == "auto":
-        return make_job(job, setup={"search": {"auto": True}})
-    known = {} if search is None else search.ranges
-    chosen: dict[str, Any] = {}
-    for part in text.split(","):
-        name, given, ends = (piece.strip() for piece in part.partition("="))
-        if name not in SEARCHED:
-            raise JobError(f"--setup: {name!r} is unknown; known: {', '.join(SEARCHED)}")
-        if not given and name not in known:
-            raise JobError(f"--setup: {name} has no range; give {name}=LOW:HIGH, or setup.search in the job")
-        try:
-            low, high = (float(end) for end in ends.split(":")) if given else known[name]
-        except ValueError:
-            raise JobError(f"--setup: {part.strip()!r} isn't of the form {name}=LOW:HIGH") from None
-        chosen[name] = (low, high)
-    return make_job(job, setup={"search": chosen if search is None else {"tries": search.tries} | chosen})
 
 
 def require_input(path: Path) -> None:

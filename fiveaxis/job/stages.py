@@ -12,13 +12,12 @@ import numpy as np
 
 from fiveaxis.base import STAGES, UNKEPT, Array, Checkpoint, Finding, Place, Progress, Severity, unheard
 from fiveaxis.cam import mesh_size
-from fiveaxis.check import Report
+from fiveaxis.check import Gate, Report
 from fiveaxis.job.clearing import Cleared, solve_clear
 from fiveaxis.job.description import Job
 from fiveaxis.job.loading import describe_inputs, is_mesh, measure_plan
 from fiveaxis.job.program import MadeProgram
 from fiveaxis.job.program_choice import Chosen, Comparison, choose
-from fiveaxis.job.release import Gate
 from fiveaxis.job.solution import Solution, add_findings
 from fiveaxis.job.task import JobTask
 from fiveaxis.lab import Budget, job_budget

@@ -285,11 +285,15 @@ MUTANTS = (
         ("unit/posture/strategy/test_least_time.py", "unit/posture/test_terms.py"),
     ),
     Mutant(
-        "job/release.py",
+        "check/verification/release.py",
         "gate open to errors of a verified program",
         "return self.verified and not self.kept",
         "return self.verified or not self.kept",
-        ("unit/job/test_release.py", "unit/job/test_job.py", "unit/job/test_verifying.py"),
+        (
+            "unit/check/verification/test_release.py",
+            "unit/job/test_job.py",
+            "unit/check/verification/test_verifying.py",
+        ),
     ),
     Mutant(
         "job/program_choice.py",

@@ -19,8 +19,9 @@ from fiveaxis.base.settings import read_document
 from fiveaxis.cam import load_mesh, require_solid
 from fiveaxis.cam.mesh.cad.loading import load_model
 from fiveaxis.cli.commands import app
+from fiveaxis.cli.path_verbs import choose_search
 from fiveaxis.cli.terminal import parse_numbers, parse_positions
-from fiveaxis.job import choose_search, make_job, read_fixtures, read_job
+from fiveaxis.job import make_job, read_fixtures, read_job
 from fiveaxis.job.batch.ledger import read_rows
 from fiveaxis.job.batch.tasks import apply_values, read_sweep
 from fiveaxis.lab.calibration.log_columns import LogColumns

@@ -11,7 +11,8 @@ from typer.testing import CliRunner
 from fiveaxis.base import halton, search_box
 from fiveaxis.base.errors import Infeasible, JobError
 from fiveaxis.cli.commands import app
-from fiveaxis.job import choose_search, make_job, resolve, run_job, setup_choice, setup_search
+from fiveaxis.cli.path_verbs import choose_search
+from fiveaxis.job import make_job, resolve, run_job, setup_choice, setup_search
 from fiveaxis.job.setup_search import SetupCosts, search_setups
 from fiveaxis.model import DirectionalDrive, load_machine
 from fiveaxis.show.report.sections import setup_section

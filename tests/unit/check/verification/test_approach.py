@@ -10,9 +10,8 @@ import trimesh
 from support.sampled_surfaces import without_nose
 
 from fiveaxis.base.errors import Unverified
-from fiveaxis.check import Fixture, Report, Surroundings, choose_leads, verify
+from fiveaxis.check import Fixture, Gate, Report, Surroundings, choose_leads, verify
 from fiveaxis.check.verification.approach import clear_from_anywhere, height_above
-from fiveaxis.job import Gate
 from fiveaxis.model import (
     Box,
     Interpolation,

@@ -7,9 +7,7 @@ import pytest
 
 from fiveaxis.base.errors import SettingError, Unverified
 from fiveaxis.base.findings import Finding, Place, Severity, risk
-from fiveaxis.check import Report
-from fiveaxis.job import Gate
-from fiveaxis.job.release import require_report
+from fiveaxis.check import Gate, Report, require_report
 from fiveaxis.model import Motion, motion_digest
 from fiveaxis.nc import DIALECTS, compose_program
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from fiveaxis.base import Finding, SettingError, Severity, Unverified, require_codes
-from fiveaxis.check import Report
+from fiveaxis.check.verification.report import Report
 from fiveaxis.model import Machine, Motion, motion_digest
 from fiveaxis.nc import NOT_VERIFIED, table_comment
 
