@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
@@ -46,13 +45,6 @@ from fiveaxis.posture import AS_PROGRAMMED, Baseline
 
 # Rounding of a location's number.
 SAME_ROW = 1e-9
-
-
-class Written(NamedTuple):
-    """A solution in an operation's lines: the locations that its blocks stand for, and the lines."""
-
-    fill: Fill
-    revision: Revision
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,8 +132,12 @@ class RevisedOperation:
         source = self.text.source if revision is None else revision.revised
         return price_program(source, self.machine, Pricing.of(self.reading))
 
-    def write(self, solution: Solution) -> Written:
+    def write(self, solution: Solution) -> tuple[Fill, Revision]:
         """Write a solution's postures into the operation.
+
+        Returns
+        -------
+        The locations that its blocks stand for, and the lines
 
         Raises
         ------
@@ -159,7 +155,12 @@ class RevisedOperation:
             )
         # A location of the program keeps its line.
         fill = filling.thin(fill, at == np.floor(at))
-        return Written(fill, Reviser(self.text, self.path, self._placement(solution, fill)).revision())
+        # Where the axes are to be at each location that gets a line.
+        blocks, machine = fill.blocks, solution.machine
+        rotary = self._wound(machine, blocks.positions[:, machine.rotary_columns])
+        tip, _ = tool_poses(machine, blocks.positions)
+        placed = Placement(_rows(solution, fill.row[fill.kept]), tip, rotary, blocks.time)
+        return fill, Reviser(self.text, self.path, placed).revision()
 
     def make(self, solution: Solution) -> tuple[MadeProgram, Revision]:
         """Write a solution's postures into the operation, and verify and price the text.
@@ -208,15 +209,6 @@ class RevisedOperation:
         report = check_read(read, self.machine, against, gap, solution.tolerances)
         return read, Gate.of(report, self.job.override)
 
-    def _placement(self, solution: Solution, fill: Fill) -> Placement:
-        """Return where the axes are to be at each location that gets a line."""
-        motion, kept = fill.blocks, fill.kept
-        row = _rows(solution, fill.row[kept])
-        machine = solution.machine
-        rotary = motion.positions[:, machine.rotary_columns]
-        tip, _ = tool_poses(machine, motion.positions)
-        return Placement(row, tip, self._wound(machine, rotary), motion.time)
-
     def _wound(self, machine: Machine, rotary: Array) -> Array:
         """Turn axes without limits by whole turns, so that they begin nearest to where they were."""
         if self.path.rotary is None or not np.isfinite(self.path.rotary[0]).all():
@@ -243,7 +235,7 @@ class RevisedOperation:
                 missing[name] = "it has rewinds, for which the operation has no lines"
                 continue
             motion = replace(one.motion, location=solution.motion.location)
-            revision = self.write(replace(solution, motion=motion)).revision
+            _fill, revision = self.write(replace(solution, motion=motion))
             compared[name] = replace(one, energy=self.price(revision).energy)
         return replace(solution, compared=compared, missing=missing)
 

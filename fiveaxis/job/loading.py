@@ -159,11 +159,6 @@ def load_job_toolpath(job: Job, progress: Progress = unheard) -> Toolpath:
         return plan_mesh(job, progress).toolpath
     require_input(job.input)
     progress(STAGES["read"], 0, 1)
-    return read_path(job, None if job.tool is None else parse_tool(job.tool))
-
-
-def read_path(job: Job, tool: Tool | None) -> Toolpath:
-    """Read a job's list of cutter locations; `JobError` for settings that only planning on a mesh uses."""
     planning = sorted(job.plan.model_fields_set)
     if planning:
         raise JobError(
@@ -172,6 +167,7 @@ def read_path(job: Job, tool: Tool | None) -> Toolpath:
         )
     if job.unit == "m":
         raise JobError("unit = m is for meshes, and the input is none; give mm or inch", file=job.input)
+    tool = None if job.tool is None else parse_tool(job.tool)
     toolpath = _read_as(job, tool, {})
     require_leanable(toolpath)
     if revises(job):

@@ -184,7 +184,7 @@ def choose(
         others = () if found else _baselines(solution)
         for label, one in (("", solution), *_on_the_way(solution, operation), *others):
             try:
-                energy = operation.price(operation.write(one).revision).energy
+                energy = operation.price(operation.write(one)[1]).energy
             except ToolpathError:
                 if one is solution:
                     raise
