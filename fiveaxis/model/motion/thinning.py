@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fiveaxis.base import Array, BoolArray, IntArray, compiled, inner
+from fiveaxis.base import Array, BoolArray, IntArray, compiled, innermost
 from fiveaxis.model.kinematics.loops import pose
 from fiveaxis.model.kinematics.poses import linear_positions, tool_axes, tool_poses
 from fiveaxis.model.machine.model import Machine
@@ -306,7 +306,7 @@ def near(
     return found
 
 
-@inner
+@innermost
 def strays(
     wanted: Array, normal: Array, plane: Array, at: int, held: Array, zone: Array, aside: Array
 ) -> bool:
