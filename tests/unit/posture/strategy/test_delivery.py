@@ -177,3 +177,14 @@ def test_a_ball_has_every_baseline_of_the_same_passes(hayashi):
     ball = Toolpath.from_contacts(path.contact, path.normal, Tool.ball(8))
     solution = fx.optimise(ball, hayashi, tilt=(20.0, 70.0), effort="quick")
     assert "lead-lean" in solution.baselines
+
+
+def test_a_path_that_needs_no_further_location_is_kept_once(hayashi):
+    """A million locations take gigabytes: the result has the arrays of the path that was given."""
+    angle = np.linspace(0.0, 0.5, 60)
+    out = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(60)])
+    path = Toolpath.from_contacts(30.0 * out + [20.0, 0.0, 30.0], out, Tool.ball(10))
+    found = fx.optimise(path, hayashi, **RING)
+    assert len(found.toolpath) == 60
+    assert np.shares_memory(found.toolpath.pivot, path.pivot)
+    assert np.shares_memory(found.toolpath.normal, path.normal)
