@@ -302,7 +302,8 @@ def try_program(
     tally = counts[CLEAN]
     for name, text in trial.clean():
         tally.made += 1
-        after = trial.by_program(text, folder), trial.by_read_back(text, folder)
+        same = text is trial.text
+        after = before if same else (trial.by_program(text, folder), trial.by_read_back(text, folder))
         news = {
             check: now.errors or now.news(was)
             for check, now, was in zip(("program", "read-back"), after, before, strict=True)
