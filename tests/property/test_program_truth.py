@@ -44,14 +44,12 @@ class Case:
     Parameters
     ----------
     file : under the shared data; None for a shop program, by the case's name
-    kept : lines of its begin and of its end, where those between repeat them
     """
 
     machine: str
     tool: str
     operation: int = 1
     file: str | None = None
-    kept: tuple[int, int] | None = None
     cone: float = 20.0
     tool_length: float | None = None
     rapid: float | None = None
@@ -60,7 +58,7 @@ class Case:
 REAL = {
     "dome": Case("hayashi-640123", "ball:8", 1, "dome_good_already.nc", tool_length=120.0, rapid=1e4),
     "three tools": Case(str(PROGRAMS / "three_tools_machine.toml"), "ball:8", 3, "three_tools.nc"),
-    "fan": Case(str(PROGRAMS / "fanuc_machine.toml"), "ball:8", 1, "fan_good_already.nc", (103, 5), 15.0),
+    "fan": Case(str(PROGRAMS / "fanuc_machine.toml"), "ball:8", 1, "fan_good_already.nc", cone=15.0),
     "axis words": Case(str(PROGRAMS / "fanuc_machine.toml"), "ball:6", 1, "fanuc_mixed_axes.nc"),
     "inches": Case("dmu50ev", "ball:6", 4, "../toolpaths/nx_dmu70_840d_traori_inch.mpf", rapid=1e4),
     "ring": Case("hayashi-640123", "ball:8", 1, "traori_ring.mpf", cone=15.0, rapid=2e4),
@@ -109,15 +107,10 @@ def twice(request: pytest.FixtureRequest) -> str:
 @cache
 def file_of(name: str, folder: Path) -> Path:
     case = CASES[name]
-    if case.file and case.kept is None:
-        return PROGRAMS / case.file
     if case.file:
-        given = (PROGRAMS / case.file).read_text(encoding="utf-8").splitlines()
-        suffix, lines = Path(case.file).suffix, [*given[: case.kept[0]], *given[-case.kept[1] :]]
-    else:
-        suffix, lines = SHOPS[name].suffix, SHOPS[name].lines(9)
-    file = folder / f"{name}{suffix}"
-    file.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        return PROGRAMS / case.file
+    file = folder / f"{name}{SHOPS[name].suffix}"
+    file.write_text("\n".join(SHOPS[name].lines(9)) + "\n", encoding="utf-8")
     return file
 
 
@@ -202,10 +195,10 @@ def test_one_operation_is_revised_and_verified_and_every_other_line_stays(name, 
 def test_the_programs_own_postures_change_no_byte_and_no_price(name, folder):
     job, operation = placed(name, folder)
     solution = own_solution(job, operation)
-    written = operation.write(solution)
-    assert written.fill.inserted == 0
-    assert written.revision.revised.lines == operation.text.source.lines
-    assert said(operation.price(written.revision).energy) == said(operation.as_it_was.energy)
+    fill, revision = operation.write(solution)
+    assert fill.inserted == 0
+    assert revision.revised.lines == operation.text.source.lines
+    assert said(operation.price(revision).energy) == said(operation.as_it_was.energy)
     # What the program's own chords leave the path by is no error of it.
     _, gate = operation.verify(operation.text.source, solution)
     assert not {"off-path", "path-missed"} & set(gate.kept)
