@@ -32,6 +32,8 @@ MOST_VERIFIED = 6
 SMOOTH = (1e3, 1e4, 1e6)
 # rad: an end that is this near to where it was is held there.
 PINNED = np.radians(0.1)
+# rad: what is farther beyond a bound than this isn't worth a verification.
+BEYOND = np.radians(0.1)
 # Shares of the way from a program's own postures to those that were found: part of a saving for part of the
 # starts and reversals.
 SHARES = (0.9, 0.75, 0.5)
@@ -244,7 +246,10 @@ def _pinned(solution: Solution, operation: RevisedOperation) -> Solution:
 
 
 def _on_the_way(solution: Solution, operation: RevisedOperation) -> Iterator[tuple[str, Solution]]:
-    """Yield what lies between an operation's own postures and those of a solution."""
+    """Yield what lies between an operation's own postures and those of a solution, and keeps its bounds.
+
+    Between the two branches of the axes the tool stands elsewhere.
+    """
     own, machine, motion = operation.own, solution.machine, solution.motion
     if own is None:
         return
@@ -254,7 +259,9 @@ def _on_the_way(solution: Solution, operation: RevisedOperation) -> Iterator[tup
     there = replace(solution, toolpath=path, tilt=solution.tilt.at(given), problem=None)
     for share in SHARES:
         between = follow(path, machine, own + share * (rotary - turns - own))
-        yield f", {share:.0%} of the way", replace(there, motion=between)
+        one = replace(there, motion=between)
+        if one.residuals()["tilt"] <= BEYOND:
+            yield f", {share:.0%} of the way", one
 
 
 def _baselines(solution: Solution) -> Iterator[tuple[str, Solution]]:
