@@ -40,9 +40,9 @@ from .report.tables import scroll as scroll
 from .report.tables import table as table
 from .report.words import number as number
 from .report.words import time_shares as time_shares
-from .viewer.page import Preview as Preview
-from .viewer.page import preview as preview
 from .viewer.page import write_preview as write_preview
+from .viewer.serving import Preview as Preview
+from .viewer.serving import preview as preview
 from .viewer.showing import Showing as Showing
 from .viewer.showing import show_operations as show_operations
 from .viewer.showing import show_program as show_program

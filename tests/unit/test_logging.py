@@ -103,7 +103,8 @@ def test_the_report_says_how_large_its_page_is(tmp_path, caplog, monkeypatch):
 
 
 def test_the_viewer_says_where_it_is_seen_and_who_looks(tmp_path, caplog, monkeypatch):
-    monkeypatch.setattr("fiveaxis.show.viewer.page.render_page", lambda *_, **__: "x" * 2000)
+    for module in ("page", "serving"):
+        monkeypatch.setattr(f"fiveaxis.show.viewer.{module}.render_page", lambda *_, **__: "x" * 2000)
     with caplog.at_level(logging.DEBUG, logger="fiveaxis.show.viewer"):
         write_preview(None, tmp_path / "preview.html")
         with preview(None, open_browser=False) as shown, urlopen(shown.url()) as page:

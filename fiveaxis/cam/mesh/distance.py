@@ -68,7 +68,7 @@ class TriangleTree:
         kernels.sort_into_leaves(order, triangles.mean(axis=1), LEAF)
         order.reshape(-1, LEAF).sort(axis=1)
         ordered = np.ascontiguousarray(triangles[order])
-        return cls(ordered, kernels.tree_boxes(ordered, leaves), order)
+        return cls(ordered, _boxes(ordered, leaves), order)
 
     def distances(self, points: Array, bound: float = np.inf) -> Array:
         """Compute the distance to the nearest triangle, at most `bound`: (n, 3) mm → (n,) mm."""
@@ -102,6 +102,17 @@ class TriangleTree:
         from fiveaxis.cam.mesh import kernels
 
         return kernels.reach(start, end, self.triangles, self.boxes, limit, finest)
+
+
+def _boxes(triangles: Array, leaves: int) -> Array:
+    """Compute the boxes of a tree, (2 * leaves, 2, 3) mm, from its triangles in the order of the leaves."""
+    corners, boxes = triangles.reshape(leaves, -1, 3), np.zeros((2 * leaves, 2, 3))
+    boxes[leaves:, 0], boxes[leaves:, 1] = corners.min(axis=1), corners.max(axis=1)
+    while leaves > 1:
+        children, leaves = boxes[leaves : 2 * leaves].reshape(-1, 2, 2, 3), leaves // 2
+        parents = boxes[leaves : 2 * leaves]
+        parents[:, 0], parents[:, 1] = children[:, :, 0].min(axis=1), children[:, :, 1].max(axis=1)
+    return boxes
 
 
 @kept_by_mesh

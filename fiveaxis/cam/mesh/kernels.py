@@ -395,23 +395,3 @@ def sort_into_leaves(rows: IntArray, centres: Array, leaf: int) -> None:
                 along[i] = centres[part[i], axis]
             halve(along, part)
         size //= 2
-
-
-@compiled
-def tree_boxes(triangles: Array, leaves: int) -> Array:
-    """Compute the boxes of a tree, (2 * leaves, 2, 3) mm, from its triangles in the order of the leaves."""
-    boxes = np.zeros((2 * leaves, 2, 3))
-    leaf = len(triangles) // leaves
-    for node in range(2 * leaves - 1, 0, -1):
-        for k in range(3):
-            low, high = np.inf, -np.inf
-            if node < leaves:
-                low = min(boxes[2 * node, 0, k], boxes[2 * node + 1, 0, k])
-                high = max(boxes[2 * node, 1, k], boxes[2 * node + 1, 1, k])
-            else:
-                for row in range((node - leaves) * leaf, (node - leaves + 1) * leaf):
-                    for corner in range(3):
-                        low = min(low, triangles[row, corner, k])
-                        high = max(high, triangles[row, corner, k])
-            boxes[node, 0, k], boxes[node, 1, k] = low, high
-    return boxes

@@ -682,7 +682,7 @@ def test_preview_serves_this_computer_only_until_it_is_closed(quick_job, monkeyp
         seen["url"] = viewer.url()
         seen["threads"] = {t for t in threading.enumerate() if t.name == "fiveaxis-preview"}
 
-    monkeypatch.setattr("fiveaxis.show.viewer.page.Preview.wait", look)
+    monkeypatch.setattr("fiveaxis.show.viewer.serving.Preview.wait", look)
     result = run("preview", quick_job, "--no-browser")
     assert result.exit_code == 0, result.output
     assert "preview at http://127.0.0.1:" in result.stdout

@@ -149,7 +149,7 @@ def test_a_path_with_axes_may_lean_by_15_degrees_where_nothing_bounds_it_and_tha
 def shown(monkeypatch, *words: object) -> tuple[dict[str, Any], dict[str, np.ndarray], str]:
     """What a preview shows: its head, its arrays, and the page."""
     pages = []
-    monkeypatch.setattr("fiveaxis.show.viewer.page.Preview.wait", lambda viewer: pages.append(viewer.page))
+    monkeypatch.setattr("fiveaxis.show.viewer.serving.Preview.wait", lambda viewer: pages.append(viewer.page))
     found = run("preview", *words, "--no-browser")
     assert found.exit_code == 0, found.output
     return *unpacked(pages[0]), pages[0]

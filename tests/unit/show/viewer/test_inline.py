@@ -15,7 +15,7 @@ from support.browser import CHROMIUM, Browser
 from support.patience import PATIENCE
 
 from fiveaxis.show import Preview, preview
-from fiveaxis.show.viewer.page import MOST_INLINE
+from fiveaxis.show.viewer.serving import MOST_INLINE
 
 # What Jupyter puts around an output, as far as it matters here.
 NOTEBOOK = (
