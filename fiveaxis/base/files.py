@@ -369,7 +369,8 @@ def _move_in(made: Sequence[Path], source: Path, folder: Path, stale: Sequence[P
         moved = [
             persistently(partial(path.replace, target)) for path, target in zip(made, targets, strict=True)
         ]
-        emptied = {inner for path in stale for inner in path.parents if folder in inner.parents}
+        parents = {path.parent for path in stale}
+        emptied = {inner for each in parents for inner in (each, *each.parents) if folder in inner.parents}
         for inner in sorted(emptied, reverse=True):
             if inner.is_dir() and not any(inner.iterdir()):
                 inner.rmdir()
