@@ -108,7 +108,7 @@ def withdraw_programs(folder: Path) -> None:
 def _earlier(folder: Path) -> list[Path]:
     """List the folders of the solutions of a front, and of operations, in a folder of results."""
     solutions = [folder / FRONT / str(number) for number in range(1, MOST_OF_FRONT + 1)]
-    return solutions + sorted(folder.glob(f"{OPERATION}[0-9]*"))
+    return [each for each in solutions if each.is_dir()] + sorted(folder.glob(f"{OPERATION}[0-9]*"))
 
 
 def _stale(folder: Path) -> list[Path]:
