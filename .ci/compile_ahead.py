@@ -1,14 +1,14 @@
 """Compile the loops of a wheel ahead, for this Python and platform: a first run then compiles nothing.
 
-Usage: python .ci/compile_ahead.py dist/fiveaxis-0.1.0-py3-none-any.whl out/wheels [--libraries .venv/…]
+Usage: python .ci/compile_ahead.py dist/fiveaxis-0.1.0-py3-none-any.whl out/wheels
 
 The wheel is installed in a fresh environment, and the examples run there; the machine code that numba
 keeps beside the modules goes into a second wheel, tagged like numba's own. It asks for the same version
 of numba, the only one that takes this code. Then the second wheel is tried: a file of machine code that is
 written is an error. Runs under a Python that has `wheel`.
 
-With the site-packages of another environment its libraries are used, and what the same package has compiled
-there: machine code of other sources isn't taken.
+With `--libraries` those of another environment are used, and with `--compiled` what a copy of the package has
+compiled: machine code of other sources isn't taken.
 """
 
 from __future__ import annotations
@@ -90,6 +90,7 @@ def main() -> int:
     parser.add_argument("wheel", type=Path)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--libraries", type=Path, help="site-packages of an environment of the same Python")
+    parser.add_argument("--compiled", type=Path, help="package with machine code")
     given = parser.parse_args()
     with TemporaryDirectory() as temporary:
         work = Path(temporary)
@@ -102,7 +103,8 @@ def main() -> int:
         if given.libraries:
             also = f"import site; site.addsitedir({str(given.libraries.resolve())!r})"
             (site / "libraries.pth").write_text(also)
-            copy_machine_code(given.libraries / "fiveaxis", package)
+        if given.compiled:
+            copy_machine_code(given.compiled, package)
         first = [seconds(program, run, work) for run in RUNS]
         made = make_wheel(given.wheel, package, python, work, given.folder)
         # What the first wheel's runs compiled isn't pip's to remove.
