@@ -294,7 +294,7 @@ class Delivery:
             if axis_bounds(problem.machine).limits_jerk:
                 rotary = within_turns(problem, program.rotary, rotary)
             here = self._final(self.priced(rotary, program.instance))
-            self.stages.append(SolverStep(FAIRING, self._status(here), 0, program.cost, here.cost))
+            self._note(FAIRING, here, program.cost)
             yield here
 
     def _quieter(self, program: Delivered) -> Delivered:
@@ -433,14 +433,9 @@ class Delivery:
                 problem = self._at_times(replace(problem, max_turn=most_turn), rotary, here)
             rough = again or number + 1 < len(sharpness)
             path = self.options.checkpoint.found(partial(self.near.refined, instance, problem, rotary, rough))
-            before, here = (
-                here,
-                self.priced(path, instance, replace(problem, max_turn=instance.problem.max_turn)),
-            )
-            was = None if before is None else before.cost
-            self.stages.append(
-                SolverStep(f"program, round {number + 1}", self._status(here), 0, was, here.cost)
-            )
+            was = None if here is None else here.cost
+            here = self.priced(path, instance, replace(problem, max_turn=instance.problem.max_turn))
+            self._note(f"program, round {number + 1}", here, was)
             known = tried or [start] * bool(self.near.mask)
             saves = not known or (here.broken, (1.0 + WORTHWHILE) * here.cost) < min(map(rank, known))
             tried.append(here)
@@ -474,13 +469,12 @@ class Delivery:
     ) -> Delivered:
         """Search a corridor about a program's postures once, everywhere or where it is free."""
         self._steps(0, 1)
-        instance, before = program.denser, program.cost
+        instance = program.denser
         costs = self._costs(instance, program)
         search = partial(self.near.searched, instance, costs, resolution, program.filled, self._steps, free)
         path = self.options.checkpoint.found(search)
         here = self.priced(path, instance)
-        name = f"corridor of {np.degrees(resolution.radius):.3g} deg"
-        self.stages.append(SolverStep(name, self._status(here), 0, before, here.cost))
+        self._note(f"corridor of {np.degrees(resolution.radius):.3g} deg", here, program.cost)
         return here
 
     def _steadied(self, found: Sequence[Delivered], before: Delivered | None) -> Delivered:
@@ -651,9 +645,11 @@ class Delivery:
         problem = replace(problem, time_price=problem.time_price + power)
         return from_rest_to_rest(problem, rotary, SHARPNESS[-1], words=self.options.clock.limits_words)
 
-    def _status(self, here: Delivered) -> str:
+    def _note(self, name: str, here: Delivered, before: float | None) -> None:
+        """Record a step that has led from a cost, J, to a program."""
         broken = f", bounds broken by {here.broken:.2g}" if here.broken else ""
-        return f"{len(here.instance.path)} locations, {here.inserted} more in the program{broken}"
+        status = f"{len(here.instance.path)} locations, {here.inserted} more in the program{broken}"
+        self.stages.append(SolverStep(name, status, 0, before, here.cost))
 
 
 @dataclass(frozen=True, eq=False)

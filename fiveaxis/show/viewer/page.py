@@ -111,21 +111,16 @@ def render_page(
     blank = None if surroundings is None else surroundings.blank
     cut = None if program is None else program.report.cut
     played: PlayedStock | None = None
-    text: tuple[str, ...] = ()
-    if isinstance(solution, WholeProgram):
-        text = solution.lines
-    elif blank is not None:
+    if blank is not None and not isinstance(solution, WholeProgram):
         played = PlayedStock.of(blank, shown_result(solution, program), solution.machine, cut)
-    if program is not None and bool((sides[0].line != NO_LINE).any()):
-        text = program.text.lines
     bounds = math.degrees(solution.tilt.low), math.degrees(solution.tilt.high)
-    head, sections = describe_show(solution.machine, scene, sides, text, bounds)
+    head, sections = describe_show(
+        solution.machine, scene, sides, _lines(solution, program, sides[0]), bounds
+    )
     head["stops"] = [stop.as_list() for stop in stops]
     if played is not None:
         head["stock"] = played.describe(sections) | {"colour": STOCK_COLOUR}
     logger.debug("%d messages to the scene; %d findings", len(recorder.commands), len(findings))
-    # Its script alone: the library would import a server and a notebook.
-    bundle = Path(str(distribution("meshcat").locate_file("meshcat/viewer/dist/main.min.js")))
     axes = solution.machine.axes
     others = "; those of a baseline beside the optimised program in the grey half of each row"
     return Template(_own("page.html")).substitute(
@@ -144,11 +139,24 @@ def render_page(
         axes="".join(_reading(number, axis.letter) for number, axis in enumerate(axes)),
         letters="".join(f"<span>{axis.letter}</span>" for axis in axes),
         height=CURVES + AXIS_ROW * len(axes),
-        licences=bundle.with_name("main.min.js.LICENSE.txt").read_text(encoding="utf-8"),
+        licences=_meshcat("main.min.js.LICENSE.txt"),
         scene=pack_payload(recorder.commands, sections, head),
-        meshcat=bundle.read_text(encoding="utf-8"),
+        meshcat=_meshcat("main.min.js"),
         scripts="".join(f"<script>\n{_own(name)}</script>\n" for name in SCRIPTS),
     )
+
+
+def _lines(solution: Optimum | WholeProgram, program: ShownProgram | None, side: Side) -> tuple[str, ...]:
+    """Return the lines of the program, where its moves tell them."""
+    if isinstance(solution, WholeProgram):
+        return solution.lines
+    return program.text.lines if program is not None and (side.line != NO_LINE).any() else ()
+
+
+def _meshcat(name: str) -> str:
+    """Return a file of meshcat's page; the library itself would import a server and a notebook."""
+    file = distribution("meshcat").locate_file(f"meshcat/viewer/dist/{name}")
+    return Path(str(file)).read_text(encoding="utf-8")
 
 
 def _own(name: str) -> str:

@@ -138,6 +138,7 @@ def test_what_cannot_be_read_is_carried_where_the_next_operation_states_everythi
     assert (operations[2].first_line, operations[2].last_line) == (20, 24)
     made = revise_operations(make_job(input=file, tool="3=ball:6", **QUICK))
     assert made.parts[2].why.startswith("it can't be read: line 22")
+    assert made.parts[-1].why == "its tool isn't known; name it (--tool 5=ball:10)"
     assert made.ok
     assert "\n".join(MACRO).encode() in made.data
 
