@@ -1,5 +1,6 @@
 """The program is solved: its inserted blocks keep the bounds, and its energy is the objective."""
 
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -179,12 +180,21 @@ def test_a_ball_has_every_baseline_of_the_same_passes(hayashi):
     assert "lead-lean" in solution.baselines
 
 
-def test_a_path_that_needs_no_further_location_is_kept_once(hayashi):
-    """A million locations take gigabytes: the result has the arrays of the path that was given."""
-    angle = np.linspace(0.0, 0.5, 60)
-    out = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(60)])
-    path = Toolpath.from_contacts(30.0 * out + [20.0, 0.0, 30.0], out, Tool.ball(10))
-    found = fx.optimise(path, hayashi, **RING)
-    assert len(found.toolpath) == 60
-    assert np.shares_memory(found.toolpath.pivot, path.pivot)
-    assert np.shares_memory(found.toolpath.normal, path.normal)
+def test_a_long_path_that_needs_no_further_location_takes_few_kilobytes_a_location(hayashi):
+    """A million locations are to fit into 2.5 GB: path, problem and planes are kept once."""
+
+    def turns(count):
+        angle = np.linspace(0.0, 40.0 * np.pi, count)
+        out = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(count)])
+        contact = 30.0 * out + np.linspace([0.0, 0.0, 0.0], [0.0, 0.0, 15.0], count)
+        return Toolpath.from_contacts(contact, out - [0.0, 0.0, 0.3], Tool.ball(10))
+
+    bounds = {"tilt": (15.0, 70.0), "effort": "quick"}
+    fx.optimise(turns(300), hayashi, **bounds)  # what is imported and compiled once doesn't count
+    path = turns(6000)
+    tracemalloc.start()
+    found = fx.optimise(path, hayashi, **bounds)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert len(found.toolpath) == len(path)
+    assert peak < 5000 * len(path)
