@@ -51,6 +51,7 @@ class Filling:
     max_turn : rad, of a rotary axis in a block that replaces several
     least_tilt : rad, least angle between tool axis and surface normal; between two locations the axis mustn't
         pass nearer
+    least_radius : mm, least distance from the axis at which the cutting edge touches, likewise
     """
 
     interpolation: Interpolation = Interpolation.JOINT
@@ -58,13 +59,15 @@ class Filling:
     cone: float = 0.0
     max_turn: float = LARGEST_TURN
     least_tilt: float = 0.0
+    least_radius: float = 0.0
 
     @classmethod
     def of(cls, constraints: Constraints, interpolation: Interpolation) -> Filling:
         """Take the bounds from a program's constraints."""
         turn = LARGEST_TURN if constraints.max_turn is None else min(constraints.max_turn, LARGEST_TURN)
         tilt = constraints.angles or (0.0, 0.0)
-        return cls(interpolation, tuple(constraints.hold), constraints.singular_cone or 0.0, turn, tilt[0])
+        hold, cone = tuple(constraints.hold), constraints.singular_cone or 0.0
+        return cls(interpolation, hold, cone, turn, tilt[0], constraints.least_radius)
 
     def planes(self, toolpath: Toolpath, machine: Machine, motion: Motion) -> AxisPlanes:
         """Choose the moves that are filled in the plane of their tool axes.
@@ -82,7 +85,7 @@ class Filling:
         A program that is revised in its own lines (`Toolpath.slack`) keeps to its own interpolation.
         """
         rotary, planes = motion.positions[:, machine.rotary_columns], self.planes(toolpath, machine, motion)
-        least = self.least_tilt
+        least = max(self.least_tilt, toolpath.zone.least_angle(self.least_radius))
         path, filled, row = fill_in(toolpath, machine, rotary, tcp=self._tcp, planes=planes, least_tilt=least)
         if path is not toolpath:
             # Findings name given locations: an inserted one belongs to the move to the next of them.

@@ -283,7 +283,7 @@ def cutting_speed_bounds(toolpath: Toolpath, speed: float, spindle: float) -> Ti
             f"rev/min {toolpath.tool} cuts at less than {60e-3 * fastest * spindle:.4g} m/min wherever it "
             "touches; raise the spindle's speed or lower this one"
         )
-    low = 0.0 if zone.radius == 0.0 else math.asin(max((radius - zone.offset) / zone.radius, 0.0))
+    low = zone.least_angle(radius)
     return TiltBounds(toolpath.normal, low, math.pi - low, "normal")
 
 

@@ -132,6 +132,13 @@ class Constraints:
         return any(bound is not None for bound in (self.tilt, self.cone, self.lead, self.lean))
 
     @property
+    def least_radius(self) -> float:
+        """Distance from the tool's axis at which its edge has the least cutting speed, mm; 0 without one."""
+        if self.least_cutting_speed is None or self.spindle_speed is None:
+            return 0.0
+        return self.least_cutting_speed / self.spindle_speed
+
+    @property
     def angles(self) -> Range | None:
         """Range of the angle between axis and normal, as `tilt`, or `lead` and `lean`, bound it."""
         if self.tilt is not None or (self.lead is None and self.lean is None):

@@ -69,6 +69,13 @@ class Zone:
         """
         return np.asarray(self.offset + self.radius * np.sin(angle))
 
+    def least_angle(self, radius: float) -> float:
+        """Return the least angle to the normal, rad, at which the contact is a radius, mm, off the axis.
+
+        It is 0 where all contacts are farther off; a right angle where none is.
+        """
+        return math.asin(min(max((radius - self.offset) / self.radius, 0.0), 1.0)) if self.radius else 0.0
+
     def pivot(self, contact: Array, normal: Array) -> Array:
         """Compute the arc's centre for contacts, (n, 3) mm: ``contact + r·n``."""
         return contact + self.radius * normal

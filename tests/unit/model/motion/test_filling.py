@@ -7,7 +7,9 @@ import pytest
 
 from fiveaxis.model import (
     PATH_TOLERANCE,
+    Constraints,
     Filling,
+    Interpolation,
     Machine,
     MoveKind,
     Tool,
@@ -197,3 +199,17 @@ def test_an_axis_that_passes_nearer_to_the_normal_than_it_may_is_seen_at_a_row(h
     assert past < 0.35 or least(row) < low
     # No more of them than are of use.
     assert len(row) < 3 + 2.0 * (low + swing) / np.sqrt(8.0 * low * 0.3)
+
+
+@pytest.mark.parametrize("angles", [{"cone": 60.0}, {"tilt": (0.0, 70.0)}])
+def test_an_edge_that_passes_slower_between_locations_than_it_may_is_seen_at_a_row(hayashi, angles):
+    """The edge of a ball of 6 mm has 15 deg to the normal at a radius of 3 sin 15 deg."""
+    path, rpm = swinging(45.0, 10.0), 10_000.0
+    speed = 2.0 * np.pi * rpm * 3.0 * np.sin(np.radians(15.0)) / 1000.0
+    slow = Constraints.of_degrees(**angles, least_cutting_speed=speed, spindle_speed=rpm)
+    motion = follow(path, hayashi, np.zeros((2, 2)))
+    fill = Filling.of(slow, Interpolation.JOINT).fill(path, hayashi, motion)
+    assert np.degrees(np.arccos(turned(path.normal, fill.row)[:, 2])).min() < 15.0
+    # Without that speed nothing is asked between the ends.
+    free = Filling.of(Constraints.of_degrees(**angles), Interpolation.JOINT)
+    assert len(free.fill(path, hayashi, motion).row) == 2
