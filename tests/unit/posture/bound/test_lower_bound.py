@@ -197,10 +197,11 @@ def test_one_location_costs_nothing_and_a_location_without_posture_has_no_finite
 
 
 @pytest.mark.slow
-def test_the_vase_is_proven_to_eight_percent(hayashi, vase):
-    bound = bound_travel(vase, hayashi, tilt_bounds(vase, (15, 75)), work=8e9)
+def test_the_vase_is_proven_to_ten_percent(hayashi, vase):
+    """With eight times the work it is eight."""
+    bound = bound_travel(vase, hayashi, tilt_bounds(vase, (15, 75)), work=1e9)
     # The best known path costs 7 424 J.
-    assert bound.gap(7424.0) < 0.08
+    assert bound.gap(7424.0) < 0.1
     assert bound.total < 7423.9
 
 
