@@ -200,21 +200,6 @@ class Tool:
             found.append(ToolPart(SHANK, np.array([[thick, top], [thick, holder.stick_out]])))
         return (*found, ToolPart(HOLDER, holder.outline()))
 
-    def outline(self) -> Array:
-        """Sample the profile of cutter, shank and holder from the tip upwards.
-
-        Returns
-        -------
-        (m, 2), mm: distance from the axis, height above the tip; two rows at a step. The shank extends to the
-        holder; without a holder it is omitted.
-        """
-        cutter, holder = self.cutter.outline(), self.holder
-        if holder is None:
-            return cutter
-        thick, top = cutter[-1].tolist()
-        radius = (self.shank_diameter or 2.0 * thick) / 2.0
-        return np.vstack([cutter, [[radius, top], [radius, holder.stick_out]], holder.outline()])
-
     def __repr__(self) -> str:
         return f"<Tool {self}>"
 

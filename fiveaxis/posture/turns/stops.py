@@ -275,7 +275,8 @@ def clear_retracts(course: UnwrappedPath, machine: Machine, column: int, rows: I
     tip = toolpath.tips(tool_axes(machine, rotary))
     on_table = machine.chain.joints[0].letter == machine.axes[column].letter
     centre, radius = _sphere(toolpath.pivot[toolpath.cutting], machine, on_table)
-    reach = radius + toolpath.zone.radius + float(toolpath.tool.outline()[:, 0].max()) + CLEARANCE
+    widest = max(float(part.outline[:, 0].max()) for part in toolpath.tool.parts())
+    reach = radius + toolpath.zone.radius + widest + CLEARANCE
     rotary, tip = rotary[rows], tip[rows]
     axis = tool_axes(machine, rotary)
     least = _exit_distance(tip - centre, axis, reach)

@@ -67,7 +67,7 @@ def test_a_file_gives_cutter_shank_and_holder(tmp_path):
     tool = parse_tool(str(path))
     assert str(tool) == "bull:16:4"
     assert tool.holder == Holder(60.0, (Section(20.0, 32.0), Section(40.0, 50.0, 63.0)))
-    outline = tool.outline()
+    outline = np.vstack([part.outline for part in tool.parts()])
     np.testing.assert_allclose(outline[-4:], [[16, 60], [16, 80], [25, 80], [31.5, 120]])
     assert (np.diff(outline[:, 1]) >= 0.0).all()
 

@@ -72,7 +72,7 @@ def test_the_part_may_be_a_file_and_a_missing_one_is_an_error(solution, part, tm
 
 
 def test_a_turned_outline_is_a_closed_body_of_its_volume():
-    outline = parse_tool("bull:16:4").outline()
+    outline = parse_tool("bull:16:4").cutter.outline()
     body = Mesh.revolved(np.vstack([outline, [[8.0, 30.0]]]), 360)
     assert body.is_watertight
     assert body.is_winding_consistent
