@@ -96,7 +96,7 @@ def test_between_two_locations_the_tool_keeps_its_way_and_its_plane_or_the_cut_i
 def test_blocks_that_stand_for_several_keep_the_plane_too(case):
     machine, path, rotary, planes = make(case)
     filled, motion, row = fill_in(path, machine, rotary, planes=planes)
-    few = thinned(filled, machine, motion, planes=planes.demanded(row)).motion
+    few = thinned(filled, machine, motion, planes=planes.demanded(row))[0]
     given_rows = np.searchsorted(row, np.arange(len(rotary)))
     axes = tool_poses(machine, motion.positions[given_rows])[1]
     for move, (begin, end) in enumerate(pairwise(np.cumsum(motion.time)[given_rows])):

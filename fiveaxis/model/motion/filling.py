@@ -121,7 +121,7 @@ class Filling:
         """Remove the redundant blocks, except those of needed locations, (n,)."""
         if len(fill.path) == 1:
             return fill
-        few = thinned(
+        blocks, kept = thinned(
             fill.path,
             fill.planes.machine,
             fill.motion,
@@ -131,13 +131,12 @@ class Filling:
             planes=fill.planes.demanded(fill.row),
             inside=inside_rapids(fill.path, fill.row),
         )
-        blocks = few.motion
         if self._tcp:
             # The tip takes a chord at its feed.
-            path = fill.path.at(few.kept)
+            path = fill.path.at(kept)
             times = block_times(path, fill.planes.machine, blocks.positions, by_tip=True)
             blocks = replace(blocks, time=np.where(path.rapid, blocks.time, times))
-        return replace(fill, kept=few.kept, blocks=blocks)
+        return replace(fill, kept=kept, blocks=blocks)
 
 
 @dataclass(frozen=True, eq=False)

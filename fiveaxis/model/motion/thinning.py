@@ -36,27 +36,6 @@ SHORTEST = 1e-9
 ROUNDING = 5e-7
 
 
-@dataclass(frozen=True, eq=False)
-class Thinned:
-    """A motion without its redundant blocks.
-
-    Parameters
-    ----------
-    motion : m rows, the blocks
-    kept : (m,), rows of the given motion
-    course : the given motion
-    """
-
-    motion: Motion
-    kept: IntArray
-    course: _Course
-
-    @cached_property
-    def driven(self) -> Motion:
-        """N rows: the axes at the time of every given row when only the kept ones are written."""
-        return replace(self.course.motion, positions=self.course.driven(self.kept))
-
-
 def thinned(
     toolpath: Toolpath,
     machine: Machine,
@@ -67,7 +46,7 @@ def thinned(
     needed: BoolArray | None = None,
     planes: Array | None = None,
     inside: BoolArray | None = None,
-) -> Thinned:
+) -> tuple[Motion, IntArray]:
     """Remove the rows that a control passes at the same time without a block.
 
     From one kept row to the next the control moves all axes linearly in time or, with TCP interpolation, the
@@ -89,16 +68,20 @@ def thinned(
     planes : (n, 3), unit normals of the planes of the tool axis in the move to each row
         (`AxisPlanes.demanded`); zero where there is none
     inside : (n,), rows within rapid moves (`inside_rapids`), which never get a block
+
+    Returns
+    -------
+    The blocks, m rows, and (m,), their rows in the given motion
     """
     if inside is not None and inside.any():
         # A span must not end at one of them.
         needed = motion.rapid if needed is None else motion.rapid | needed
-    course = _Course(toolpath, machine, motion, max_turn, tcp, needed, planes, inside)
+    course = _Course(toolpath, machine, motion, max_turn, tcp, needed, planes)
     kept = longest_spans(len(motion) - 1, course.fits)
     kept = kept if inside is None else kept[~inside[kept]]
     # The last span of `reduceat` runs to the end, and the last row is always kept.
     time = np.append(0.0, np.add.reduceat(motion.time, kept[:-1] + 1)) if len(kept) > 1 else motion.time[kept]
-    return Thinned(replace(motion.at(kept), time=time, location=None), kept, course)
+    return replace(motion.at(kept), time=time, location=None), kept
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +95,6 @@ class _Course:
     tcp: bool
     needed: BoolArray | None
     planes: Array | None
-    inside: BoolArray | None
 
     @cached_property
     def clock(self) -> Array:
@@ -218,11 +200,11 @@ class _Course:
         return ok | single
 
     def _positions(self, row: IntArray, first: IntArray, last: IntArray) -> Array:
-        """Compute the axes at the times of rows within spans, as the control moves them."""
+        """Compute the axes at the times of rows within spans, in which a control moves the tip straight."""
         share = (self.clock[row] - self.clock[first]) / (self.clock[last] - self.clock[first])
         begin, end = self.controlled[first], self.controlled[last]
         found = begin + share[:, None] * (end - begin)
-        return linear_positions(self.machine, found[:, :3], found[:, 3:]) if self.tcp else found
+        return linear_positions(self.machine, found[:, :3], found[:, 3:])
 
     def _drives_no_more(self, first: IntArray, last: IntArray) -> BoolArray:
         """Check which spans, (s,), keep axes that follow a tip within limits, speeds and the given travel.
@@ -241,17 +223,6 @@ class _Course:
         bad |= (now > self.machine.high + ROUNDING) | (now < self.machine.low - ROUNDING)
         travel = np.add.reduceat(moves - np.abs(self.motion.moves[row]), begins)
         return ~np.logical_or.reduceat(bad.any(axis=1), begins) & (travel <= ROUNDING).all(axis=1)
-
-    def driven(self, kept: IntArray) -> Array:
-        """Compute the axes at all rows when only some are written, (n, k); rapid moves stay as given."""
-        positions = self.motion.positions.copy()
-        gone = np.ones(len(positions), dtype=bool) if self.inside is None else ~self.inside
-        gone[kept] = False
-        left = np.flatnonzero(gone)
-        span = np.searchsorted(kept, left)
-        if len(left):
-            positions[left] = self._positions(left, kept[span - 1], kept[span])
-        return positions
 
 
 @compiled

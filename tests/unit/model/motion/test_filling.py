@@ -136,10 +136,9 @@ def test_under_tcp_the_tip_goes_straight_in_rapid_moves(hayashi):
     share = (row[inside] - 1.0)[:, None]
     np.testing.assert_allclose(tip[inside], ends[0] + share * (ends[1] - ends[0]), atol=1e-9)
     # Such a move is one block, and takes the time of its parts.
-    found = thinned(filled, hayashi, motion, tcp=True, inside=inside)
-    assert found.motion.rapid.sum() == 1
-    np.testing.assert_array_equal(found.driven.positions[inside], motion.positions[inside])
-    assert found.motion.time[found.motion.rapid] == pytest.approx(motion.time[motion.rapid].sum())
+    few, _ = thinned(filled, hayashi, motion, tcp=True, inside=inside)
+    assert few.rapid.sum() == 1
+    assert few.time[few.rapid] == pytest.approx(motion.time[motion.rapid].sum())
 
 
 def tipping_over(lead: float, end: float) -> tuple[Toolpath, np.ndarray]:
