@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from fiveaxis.base import Array, IntArray
+from fiveaxis.base import Array
 from fiveaxis.model.motion.jerk_barrier import (
     SHARES,
     PointLimits,
@@ -50,95 +50,45 @@ POINTS, SIZES = 0.5 * np.array(np.polynomial.legendre.leggauss(4)) + [[0.5], [0.
 MOST_STEPS, TIME_ERROR = 60, 1e-13
 
 
-@dataclass(frozen=True, eq=False)
-class SmoothPhases(Phases):
-    """Intervals of time in which the station is a polynomial of the fifth degree.
+def _slowed(phases: Phases, factor: float) -> Phases:
+    """Let phases take so many times as long."""
+    return replace(
+        phases,
+        path_speed=phases.path_speed / factor,
+        path_acceleration=phases.path_acceleration / factor**2,
+        duration=phases.duration * factor,
+        higher=phases.higher / [factor**3, factor**4, factor**5],
+    )
 
-    Parameters
-    ----------
-    higher : (p, 3), its coefficients of the third to fifth power of the time since the start
-    """
 
-    higher: Array
-
-    @property
-    def end_path_speed(self) -> Array:
-        """(p,), mm/s."""
-        return np.maximum(self.within(np.arange(len(self)), self.duration)[1], 0.0)
-
-    @property
-    def end_station(self) -> Array:
-        """(p,), mm."""
-        return self.within(np.arange(len(self)), self.duration)[0]
-
-    def within(self, phase: IntArray, t: Array) -> Array:
-        """Compute the station and three derivatives in phases, at times since their starts, (4, s)."""
-        c0, c1, c2 = self.station[phase], self.path_speed[phase], 0.5 * self.path_acceleration[phase]
-        c3, c4, c5 = self.higher[phase].T
-        return np.stack(
-            [
-                c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5)))),
-                c1 + t * (2.0 * c2 + t * (3.0 * c3 + t * (4.0 * c4 + t * 5.0 * c5))),
-                2.0 * c2 + t * (6.0 * c3 + t * (12.0 * c4 + t * 20.0 * c5)),
-                6.0 * c3 + t * (24.0 * c4 + t * 60.0 * c5),
-            ]
-        )
-
-    def derivatives(self, time: Array) -> Array:
-        """Compute the station and three derivatives at times, (4, s); at rest outside."""
-        phase = np.clip(np.searchsorted(self.start, time, side="right") - 1, 0, None)
-        found = self.within(phase, np.clip(time - self.start[phase], 0.0, self.duration[phase]))
-        found[1:, (time < 0.0) | (time > self.start[-1] + self.duration[-1])] = 0.0
-        return found
-
-    def at(self, time: Array) -> tuple[Array, Array, Array]:
-        """Compute station, path speed and path acceleration at times, as `Phases.at`."""
-        station, path_speed, path_acceleration, _ = self.derivatives(time)
-        return station, path_speed, path_acceleration
-
-    @property
-    def gain(self) -> Array:
-        """(p,), mm/s, by which the path speed grows."""
-        return self.end_path_speed - self.path_speed
-
-    def slowed(self, factor: float) -> SmoothPhases:
-        """Take so many times as long."""
-        return replace(
-            self,
-            path_speed=self.path_speed / factor,
-            path_acceleration=self.path_acceleration / factor**2,
-            duration=self.duration * factor,
-            higher=self.higher / [factor**3, factor**4, factor**5],
-        )
-
-    def cut(self, rows: Array) -> SmoothPhases:
-        """Divide phases at the stations of rows, (n,) mm; each then lies in the block of one row."""
-        node = np.append(self.station, self.end_station[-1:])
-        inner = np.unique(rows[(rows > node[0] + ONE_NODE) & (rows < node[-1] - ONE_NODE)])
-        phase = np.clip(np.searchsorted(node, inner, side="right") - 1, 0, len(self) - 1)
-        low, high = np.zeros(len(phase)), self.duration[phase].copy()
-        t = high * (inner - node[phase]) / np.diff(node)[phase]
-        for _ in range(MOST_STEPS):
-            station, path_speed, _, _ = self.within(phase, t)
-            over = station > inner
-            low, high = np.where(over, low, t), np.where(over, t, high)
-            better = t - (station - inner) / np.maximum(path_speed, BRIEFEST)
-            better = np.where((better > low) & (better < high), better, 0.5 * (low + high))
-            moved, t = np.abs(better - t).max(initial=0.0), better
-            if moved < TIME_ERROR:
-                break
-        owner = np.append(np.arange(len(self)), phase)
-        begin = np.append(np.zeros(len(self)), t)
-        order = np.lexsort((begin, owner))
-        owner, begin = owner[order], begin[order]
-        end = np.where(np.diff(owner, append=-1) == 0, np.append(begin[1:], 0.0), self.duration[owner])
-        long = end - begin > BRIEFEST
-        owner, begin, end = owner[long], begin[long], end[long]
-        station, path_speed, path_acceleration, path_jerk = self.within(owner, begin)
-        c4 = self.higher[owner, 1] + 5.0 * self.higher[owner, 2] * begin
-        block = np.searchsorted(rows, self.within(owner, 0.5 * (begin + end))[0])
-        higher = np.stack([path_jerk / 6.0, c4, self.higher[owner, 2]], axis=1)
-        return SmoothPhases(station, path_speed, path_acceleration, end - begin, block, higher)
+def _cut(phases: Phases, rows: Array) -> Phases:
+    """Divide phases at the stations of rows, (n,) mm; each then lies in the block of one row."""
+    node = np.append(phases.station, phases.end_station[-1:])
+    inner = np.unique(rows[(rows > node[0] + ONE_NODE) & (rows < node[-1] - ONE_NODE)])
+    phase = np.clip(np.searchsorted(node, inner, side="right") - 1, 0, len(phases) - 1)
+    low, high = np.zeros(len(phase)), phases.duration[phase].copy()
+    t = high * (inner - node[phase]) / np.diff(node)[phase]
+    for _ in range(MOST_STEPS):
+        station, path_speed, _, _ = phases.within(phase, t)
+        over = station > inner
+        low, high = np.where(over, low, t), np.where(over, t, high)
+        better = t - (station - inner) / np.maximum(path_speed, BRIEFEST)
+        better = np.where((better > low) & (better < high), better, 0.5 * (low + high))
+        moved, t = np.abs(better - t).max(initial=0.0), better
+        if moved < TIME_ERROR:
+            break
+    owner = np.append(np.arange(len(phases)), phase)
+    begin = np.append(np.zeros(len(phases)), t)
+    order = np.lexsort((begin, owner))
+    owner, begin = owner[order], begin[order]
+    end = np.where(np.diff(owner, append=-1) == 0, np.append(begin[1:], 0.0), phases.duration[owner])
+    long = end - begin > BRIEFEST
+    owner, begin, end = owner[long], begin[long], end[long]
+    station, path_speed, path_acceleration, path_jerk = phases.within(owner, begin)
+    c4 = phases.higher[owner, 1] + 5.0 * phases.higher[owner, 2] * begin
+    block = np.searchsorted(rows, phases.within(owner, 0.5 * (begin + end))[0])
+    higher = np.stack([path_jerk / 6.0, c4, phases.higher[owner, 2]], axis=1)
+    return Phases(station, path_speed, path_acceleration, end - begin, block, higher)
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,7 +132,7 @@ class _Course:
 
 def run_with_jerk(
     path: SmoothPath, station: Array, path_speed: Array, phases: Phases, bounds: AxisBounds
-) -> SmoothPhases:
+) -> Phases:
     """Compute the phases of the quickest run along a path within its bounds, jerk included.
 
     Limits hold at all times: what is left of peaks between the points at which they are limits is taken off
@@ -204,14 +154,13 @@ def run_with_jerk(
     runs = []
     for first, last in pairwise(stops.tolist()):
         begin, end = np.searchsorted(phases.station, path.station[[first, last]] - ONE_NODE)
-        run: Phases = Phases(*(getattr(phases, field.name)[begin:end] for field in fields(Phases)))
+        run = Phases(*(getattr(phases, field.name)[begin:end] for field in fields(Phases)))
         for solve, parts in zip((runner.rough, runner.final), PER_RAMP, strict=True):
             step = max(ramp / parts, shortest)
-            smooth = solve(_course(path, run, first, last, step), step)
-            run = smooth
-        runs.append(smooth.cut(station))
-    columns = ([getattr(run, field.name) for run in runs] for field in fields(SmoothPhases))
-    return SmoothPhases(*(np.concatenate(column) for column in columns))
+            run = solve(_course(path, run, first, last, step), step)
+        runs.append(_cut(run, station))
+    columns = ([getattr(run, field.name) for run in runs] for field in fields(Phases))
+    return Phases(*(np.concatenate(column) for column in columns))
 
 
 def _course(path: SmoothPath, phases: Phases, first: int, last: int, step: float) -> _Course:
@@ -228,9 +177,10 @@ def _course(path: SmoothPath, phases: Phases, first: int, last: int, step: float
     total = float(phases.duration.sum())
     time = np.linspace(0.0, total, max(math.ceil(2.0 * total / step), FEWEST))
     time = np.union1d(time, phases.start - phases.start[0])
-    station, speed, acceleration = phases.at(time + phases.start[0])
+    station, speed, acceleration, _ = phases.at(time + phases.start[0])
     # From and to rest a lead covers what the known law does meanwhile, hardly more than the ramp.
-    ramps = [_ramp(phases.duration, phases.gain), _ramp(phases.duration[::-1], -phases.gain[::-1])]
+    gain = phases.end_path_speed - phases.path_speed
+    ramps = [_ramp(phases.duration, gain), _ramp(phases.duration[::-1], -gain[::-1])]
     early = [
         min(LEAD * step, 0.5 * total, ramp + 2.0 * math.sqrt(PER_RAMP[1] * step * ramp)) for ramp in ramps
     ]
@@ -279,12 +229,12 @@ class _Runner:
     path_speed: Array
     bounds: AxisBounds
 
-    def rough(self, course: _Course, step: float) -> SmoothPhases:
+    def rough(self, course: _Course, step: float) -> Phases:
         """Find about the quickest run from stop to stop; it may exceed limits here and there."""
         c, _ = _quickest(self._limits(course, step), WEIGHTS[0])
         return _timed(course, c, step)
 
-    def final(self, course: _Course, step: float) -> SmoothPhases:
+    def final(self, course: _Course, step: float) -> Phases:
         """Find the quickest run from stop to stop that keeps all limits."""
         from scipy.ndimage import maximum_filter1d  # slow to load
 
@@ -296,7 +246,7 @@ class _Runner:
             shares = self._shares(phases)
             speed, push, jerk = shares.max(axis=0).tolist()
             excess = max(1.0, speed, math.sqrt(push), math.cbrt(jerk))
-            found.append(phases.slowed(excess))
+            found.append(_slowed(phases, excess))
             if excess < GOAL or len(found) == ATTEMPTS:
                 return min(found, key=lambda run: float(run.duration.sum()))
             over = np.maximum(shares, 1.0) ** OVER
@@ -322,7 +272,7 @@ class _Runner:
         """Return the path speed at the feed, mm/s, at stations."""
         return self.path_speed[np.minimum(np.searchsorted(self.station, station), len(self.station) - 1)]
 
-    def _shares(self, phases: SmoothPhases) -> Array:
+    def _shares(self, phases: Phases) -> Array:
         """Find the largest shares of the limits in each phase, (p, 3): of speed, acceleration and jerk."""
         phase, share = np.divmod(np.arange(len(phases) * PLACES), PLACES)
         station, *rates = phases.within(phase, phases.duration[phase] * share / (PLACES - 1))
@@ -387,7 +337,7 @@ def _tightened(limits: PointLimits, tight: Array) -> PointLimits:
     )
 
 
-def _timed(course: _Course, c: Array, step: float) -> SmoothPhases:
+def _timed(course: _Course, c: Array, step: float) -> Phases:
     """Return a phase for each interval, a polynomial with the station's two derivatives at both ends."""
     n = len(course)
     i, basis = np.arange(n), spline_basis(POINTS)[0]
@@ -404,4 +354,4 @@ def _timed(course: _Course, c: Array, step: float) -> SmoothPhases:
     h3 = h * h * h
     third, fourth, fifth = 10.0 * d - 4.0 * e + f, 7.0 * e - 15.0 * d - 2.0 * f, 6.0 * d - 3.0 * e + f
     higher = np.stack([third / h3, fourth / (h3 * h), fifth / (h3 * h * h)], axis=1)
-    return SmoothPhases(u[:-1], v[:-1], a[:-1], h, np.zeros(n, dtype=np.int64), higher)
+    return Phases(u[:-1], v[:-1], a[:-1], h, np.zeros(n, dtype=np.int64), higher)

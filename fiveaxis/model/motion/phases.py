@@ -1,10 +1,9 @@
-"""A path in time: from speeds at nodes to phases of constant acceleration along the path."""
+"""A path in time: phases along it, and those of constant acceleration from the speeds at its nodes."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import TypeVar
 
 import numpy as np
 
@@ -31,15 +30,17 @@ NO_SLOPE = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Phases:
-    """Intervals of time in which the path speed u̇, that of the station, changes linearly, in order.
+    """Intervals of time in which the station is a polynomial, in order.
 
     Parameters
     ----------
     station : (p,), mm, at the start of each
-    path_speed : (p,), mm/s, at the start
-    path_acceleration : (p,), mm/s², rate of change of the path speed
+    path_speed : (p,), mm/s, at the start; that of the station, u̇
+    path_acceleration : (p,), mm/s², at the start
     duration : (p,), s
     block : (p,), row of the motion at which the phase's move ends
+    higher : (p, 3), coefficients of the third to fifth power of the time since the start; 0 where the path
+        speed changes linearly
     """
 
     station: Array
@@ -47,6 +48,7 @@ class Phases:
     path_acceleration: Array
     duration: Array
     block: IntArray
+    higher: Array
 
     def __len__(self) -> int:
         return len(self.duration)
@@ -59,32 +61,35 @@ class Phases:
     @property
     def end_path_speed(self) -> Array:
         """(p,), mm/s."""
-        return np.maximum(self.path_speed + self.path_acceleration * self.duration, 0.0)
+        return np.maximum(self.within(np.arange(len(self)), self.duration)[1], 0.0)
 
     @property
     def end_station(self) -> Array:
         """(p,), mm."""
-        return self.station + (self.path_speed + 0.5 * self.path_acceleration * self.duration) * self.duration
+        return self.within(np.arange(len(self)), self.duration)[0]
 
-    @property
-    def gain(self) -> Array:
-        """(p,), mm/s, by which the path speed grows."""
-        return self.path_acceleration * self.duration
+    def within(self, phase: IntArray, t: Array) -> Array:
+        """Compute the station and three derivatives in phases, at times since their starts, (4, s)."""
+        c0, c1, c2 = self.station[phase], self.path_speed[phase], 0.5 * self.path_acceleration[phase]
+        c3, c4, c5 = self.higher[phase].T
+        return np.stack(
+            [
+                c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5)))),
+                c1 + t * (2.0 * c2 + t * (3.0 * c3 + t * (4.0 * c4 + t * 5.0 * c5))),
+                2.0 * c2 + t * (6.0 * c3 + t * (12.0 * c4 + t * 20.0 * c5)),
+                6.0 * c3 + t * (24.0 * c4 + t * 60.0 * c5),
+            ]
+        )
 
-    def at(self, time: Array) -> tuple[Array, Array, Array]:
-        """Compute station, path speed and path acceleration at times, (s,) s; at rest outside."""
+    def at(self, time: Array) -> Array:
+        """Compute the station and three derivatives at times, (4, s); at rest outside."""
         if len(self) == 0:
-            return np.zeros_like(time), np.zeros_like(time), np.zeros_like(time)
+            return np.zeros((4, len(time)))
         phase = np.clip(np.searchsorted(self.start, time, side="right") - 1, 0, None)
-        into = np.clip(time - self.start[phase], 0.0, self.duration[phase])
-        path_acceleration = self.path_acceleration[phase]
-        path_speed = np.maximum(self.path_speed[phase] + path_acceleration * into, 0.0)
-        station = self.station[phase] + (self.path_speed[phase] + 0.5 * path_acceleration * into) * into
-        running = (time >= 0.0) & (time <= self.start[-1] + self.duration[-1])
-        return station, np.where(running, path_speed, 0.0), np.where(running, path_acceleration, 0.0)
-
-
-PhasesT = TypeVar("PhasesT", bound=Phases)
+        found = self.within(phase, np.clip(time - self.start[phase], 0.0, self.duration[phase]))
+        found[1] = np.maximum(found[1], 0.0)
+        found[1:, (time < 0.0) | (time > self.start[-1] + self.duration[-1])] = 0.0
+        return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +128,8 @@ def run_phases(
     """
     if path.length == 0.0:
         none = np.zeros(0)
-        return with_dwells(Phases(none, none, none, none, none.astype(np.int64)), station, dwelling)
+        rest = Phases(none, none, none, none, none.astype(np.int64), np.zeros((0, 3)))
+        return with_dwells(rest, station, dwelling)
     grid = _cut(path, station, path_speed, bounds)
     speeds = highest_speeds(
         path.directions,
@@ -235,10 +241,11 @@ def _timed(grid: _Grid, pieces: Array, path_speeds: Array) -> Phases:
     block = np.broadcast_to(grid.block[:, None], pieces.shape)[used]
     path_acceleration = (after - path_speed) / duration
     long = duration > BRIEFEST
-    return Phases(station[long], path_speed[long], path_acceleration[long], duration[long], block[long])
+    columns = station, path_speed, path_acceleration, duration, block
+    return Phases(*(column[long] for column in columns), np.zeros((int(long.sum()), 3)))
 
 
-def with_dwells(phases: PhasesT, station: Array, dwelling: Array) -> PhasesT:
+def with_dwells(phases: Phases, station: Array, dwelling: Array) -> Phases:
     """Insert rests at the rows that have them."""
     rows = np.flatnonzero(dwelling)
     at = np.searchsorted(phases.station, station[rows] - ONE_NODE)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from fiveaxis.base import Array, BoolArray, IntArray, MachineError, SettingError, ToolpathError
 from fiveaxis.model.machine.model import Machine
-from fiveaxis.model.motion.jerk_law import SmoothPhases, run_with_jerk
+from fiveaxis.model.motion.jerk_law import run_with_jerk
 from fiveaxis.model.motion.motion import Motion
 from fiveaxis.model.motion.phases import Phases, run_phases, with_dwells
 from fiveaxis.model.motion.rounding import RoundedPath, round_corners
@@ -100,7 +100,8 @@ class TimeLaw:
         -------
         q, qd, qdd : (s, k), mm and rad, per s, per s²
         """
-        station, path_speed, path_acceleration = self.phases.at(np.atleast_1d(np.asarray(time, dtype=float)))
+        found = self.phases.at(np.atleast_1d(np.asarray(time, dtype=float)))
+        station, path_speed, path_acceleration, _ = found
         position, slope, bend = self.path.at(station)
         speed, acceleration = (
             path_speed[:, None] * slope,
@@ -110,9 +111,9 @@ class TimeLaw:
 
     def jerk(self, time: Array) -> Array:
         """Compute the axes' jerk at times, (s, k), mm and rad per s³; 0 where none limits the motion."""
-        if not (isinstance(self.path, SmoothPath) and isinstance(self.phases, SmoothPhases)):
+        if not isinstance(self.path, SmoothPath):
             return np.zeros((len(time), len(self.motion.letters)))
-        station, *rates = self.phases.derivatives(time)
+        station, *rates = self.phases.at(time)
         u1, u2, u3 = (rate[:, None] for rate in rates)
         _, slope, bend, third = self.path.derivatives(station)
         return slope * u3 + 3.0 * bend * u1 * u2 + third * (u1 * u1 * u1)
@@ -214,7 +215,7 @@ def time_motion(
             known = run_phases(path, station, path_speed, np.zeros(len(motion)), bounds)
             path = smooth_corners(path, scale, tolerance=passed, smooth=smooth)
             run = run_with_jerk(path, station, path_speed, known, bounds)
-            phases: Phases = with_dwells(run, station, dwelling)
+            phases = with_dwells(run, station, dwelling)
         else:
             known = phases = run_phases(path, station, path_speed, dwelling, bounds)
         times = np.zeros(len(motion))
