@@ -13,13 +13,14 @@ from fiveaxis.base import Array, BoolArray, MachineError
 from fiveaxis.model.energy.drives import (
     constant_share,
     gravity_forces,
+    measured_line,
     moved_weights,
     moving_powers,
     require_drive,
     travel_costs,
 )
 from fiveaxis.model.machine.axes import Axis
-from fiveaxis.model.machine.drives import AffineDrive, DirectionalDrive, Drive, FrictionDrive, WeightDrive
+from fiveaxis.model.machine.drives import FrictionDrive
 from fiveaxis.model.machine.model import Machine
 from fiveaxis.model.toolpath.steps import StepTable, per_step
 
@@ -167,21 +168,9 @@ def least_travel_costs(machine: Machine) -> tuple[Array, Array, float]:
                     "regeneration to 0 or minimise travel"
                 )
         else:
-            costs[:, column] = [_tabled(drive, side, slowness, float(weights[column])) for side in (0, 1)]
+            lines = [measured_line(drive, side, float(weights[column])) for side in (0, 1)]
+            costs[:, column] = [slope + offset * slowness for slope, offset in lines]
     return costs[0], costs[1], standing
-
-
-def _tabled(drive: Drive, side: int, slowness: float, weight: float) -> float:
-    """Least cost of a drive whose power depends on its speed only; slowness as charged, s/mm or s/rad."""
-    if isinstance(drive, DirectionalDrive):
-        level = (drive.plus, drive.minus)[side]
-        return level if drive.proportional else level * slowness
-    if isinstance(drive, AffineDrive):
-        slope, offset = (drive.plus, drive.minus)[side]
-        return slope + offset * slowness
-    if isinstance(drive, WeightDrive):
-        return weight * (drive.a / 1000.0 + drive.b * slowness)
-    raise TypeError(f"no least cost for {type(drive).__name__}")
 
 
 def _mechanical(drive: FrictionDrive, gravity: float) -> list[float]:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import singledispatch
+from dataclasses import replace
 
 import numpy as np
 
@@ -23,6 +22,8 @@ CREEPING = 1e-200
 ROUNDING = 1e-9
 # Of the vertical component of a direction, and of a power in W.
 DIGITS = 12
+# Drives whose power depends on speed alone, along a line in either direction.
+TabledDrive = DirectionalDrive | AffineDrive | WeightDrive
 
 
 def drive_power(
@@ -61,7 +62,7 @@ def drive_power(
     (1). Friction: the mechanics of `FrictionDrive`.
     """
     force = cutting if isinstance(drive, FrictionDrive) else 0.0
-    power = _power(drive, _State(speed, acceleration, gravity + force, weight, inertia))
+    power = _power(drive, speed, gravity + force, weight, acceleration, inertia)
     power = power + (cutting - force) * speed
     if isinstance(drive, DirectionalDrive) and drive.proportional:
         return power
@@ -111,61 +112,50 @@ def moving_power(
 
 def _constant_part(drive: Drive, direction: Array, gravity: Array | float, weight: float) -> Array:
     """Compute by how much the model's power jumps as an axis starts, (n,) W; below 0 if friction helps."""
-    creeping, still = (_State(v * direction, 0.0, gravity, weight, 0.0) for v in (CREEPING, 0.0))
-    return _power(drive, creeping) - _power(drive, still)
+    creeping, still = (_power(drive, v * direction, gravity, weight) for v in (CREEPING, 0.0))
+    return creeping - still
 
 
-@dataclass(frozen=True, eq=False)
-class _State:
-    """Motion and load of an axis, as in `drive_power`."""
-
-    speed: Array
-    acceleration: Array | float
-    gravity: Array | float
-    weight: float
-    inertia: float
-
-
-@singledispatch
-def _power(drive: Drive, state: _State) -> Array:
-    raise TypeError(f"no power model for {type(drive).__name__}")
-
-
-@_power.register
-def _(drive: DirectionalDrive, state: _State) -> Array:
-    level = np.where(state.speed > 0.0, drive.plus, drive.minus)
-    return level * (np.abs(state.speed) if drive.proportional else np.sign(np.abs(state.speed)))
-
-
-@_power.register
-def _(drive: AffineDrive, state: _State) -> Array:
-    (up, up_offset), (down, down_offset) = drive.plus, drive.minus
-    growing = state.speed > 0.0
-    slope, offset = np.where(growing, up, down), np.where(growing, up_offset, down_offset)
-    return np.where(state.speed == 0.0, 0.0, slope * np.abs(state.speed) + offset)
-
-
-@_power.register
-def _(drive: WeightDrive, state: _State) -> Array:
-    if not state.weight > 0.0:
-        raise MachineError(f"a weight drive needs the moved weight; {state.weight:g} N was given")
-    metres = np.abs(state.speed) / 1000.0
-    return np.where(state.speed == 0.0, 0.0, state.weight * (drive.a * metres + drive.b))
-
-
-@_power.register
-def _(drive: FrictionDrive, state: _State) -> Array:
+def _power(
+    drive: Drive,
+    speed: Array,
+    gravity: Array | float,
+    weight: float,
+    acceleration: Array | float = 0.0,
+    inertia: float = 0.0,
+) -> Array:
+    """Compute the power of the model itself, as `drive_power` at a measured speed."""
+    if not isinstance(drive, FrictionDrive):
+        (up, up_offset), (down, down_offset) = (measured_line(drive, side, weight) for side in (0, 1))
+        growing = speed > 0.0
+        slope, offset = np.where(growing, up, down), np.where(growing, up_offset, down_offset)
+        return np.where(speed == 0.0, 0.0, slope * np.abs(speed) + offset)
     force = (
-        (state.inertia + drive.inertia) * state.acceleration
-        + drive.friction * np.sign(state.speed)
-        + drive.viscous * state.speed
-        + state.gravity
+        (inertia + drive.inertia) * acceleration
+        + drive.friction * np.sign(speed)
+        + drive.viscous * speed
+        + gravity
         - drive.counterbalance
     )
-    mechanical = force * state.speed
+    mechanical = force * speed
     electrical = np.where(mechanical > 0.0, mechanical / drive.efficiency, mechanical * drive.regeneration)
-    moving = np.where(state.speed == 0.0, 0.0, drive.moving)
+    moving = np.where(speed == 0.0, 0.0, drive.moving)
     return electrical + drive.copper * force**2 + moving + drive.hold
+
+
+def measured_line(drive: TabledDrive, side: int, weight: float) -> tuple[float, float]:
+    """Return slope, J/mm or J/rad, and offset, W, of a measured power while the value grows (0) or falls (1).
+
+    `MachineError` for a weight drive without the weight, N.
+    """
+    if isinstance(drive, DirectionalDrive):
+        level = (drive.plus, drive.minus)[side]
+        return (level, 0.0) if drive.proportional else (0.0, level)
+    if isinstance(drive, AffineDrive):
+        return (drive.plus, drive.minus)[side]
+    if not weight > 0.0:
+        raise MachineError(f"a weight drive needs the moved weight; {weight:g} N was given")
+    return weight * drive.a / 1000.0, weight * drive.b
 
 
 def axis_powers(
