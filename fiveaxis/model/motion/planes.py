@@ -23,7 +23,7 @@ from fiveaxis.model.kinematics.singularity import singular_angles, singular_dire
 from fiveaxis.model.kinematics.windings import within_limits
 from fiveaxis.model.machine.chain import why_not_orienting
 from fiveaxis.model.machine.model import Machine
-from fiveaxis.model.toolpath.dividing import interpolate
+from fiveaxis.model.toolpath.dividing import blended, interpolate
 from fiveaxis.model.toolpath.path import Toolpath
 
 # rad: largest angle between the tool axis and the plane of its directions at both ends of a cut, and between
@@ -179,7 +179,7 @@ class AxisPlanes:
         tool.
         """
         near = self.in_proportion(move, share)
-        found = rotary_angles(self.machine, turned(self.axes[move], self.axes[move + 1], share))
+        found = rotary_angles(self.machine, blended(self.axes[move], self.axes[move + 1], share))
         found += TURN * np.round((near - found) / TURN)
         far = np.abs(found - near).max(axis=-1)
         best = np.where(np.isnan(far), math.inf, far).argmin(axis=0)
@@ -306,18 +306,3 @@ def _bows(toolpath: Toolpath, axes: Array, normal: Array) -> Array:
     begin, end = np.where(known[:-1], begin, end), np.where(known[1:], end, begin)
     least = np.where(begin * end > 0.0, np.minimum(np.abs(begin), np.abs(end)), 0.0)
     return np.asarray(np.where(curved, least * length[:, 0] ** 2 / 8.0, 0.0))
-
-
-def turned(first: Array, last: Array, share: Array) -> Array:
-    """Turn unit vectors, (m, 3), towards others by a share, (m,), of the angle between them.
-
-    ``(sin((1 − s)θ) a + sin(sθ) b) / sin θ``; NaN if they span no plane.
-
-    References
-    ----------
-    Shoemake (1985), "Animating rotation with quaternion curves".
-    """
-    angle = angle_between(first, last)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        weights = np.sin(np.stack([(1.0 - share) * angle, share * angle])) / np.sin(angle)
-    return np.asarray(weights[0][:, None] * first + weights[1][:, None] * last)

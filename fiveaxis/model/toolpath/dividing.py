@@ -220,6 +220,18 @@ def turned(direction: Array, row: Array) -> Array:
     """Turn directions, (n, 3), evenly at fractional rows; NaN beside an unknown one and between opposites."""
     before = np.floor(row).astype(np.int64)
     first, last, share = direction[before], direction[np.ceil(row).astype(np.int64)], row - before
+    return np.where((share == 0.0)[:, None], first, normalise(blended(first, last, share)))
+
+
+def blended(first: Array, last: Array, share: Array) -> Array:
+    """Turn unit vectors, (m, 3), towards others by a share, (m,), of the angle between them.
+
+    ``(sin((1 − s)θ) a + sin(sθ) b) / sin θ``; NaN between opposite ones.
+
+    References
+    ----------
+    Shoemake (1985), "Animating rotation with quaternion curves".
+    """
     angle = angle_between(first, last)
     # By the sines of the parts of the angle, and by the parts where it is too small for that.
     small = angle < SMALL
@@ -227,7 +239,7 @@ def turned(direction: Array, row: Array) -> Array:
     weights = np.where(small, parts, np.sin(parts * angle) / np.where(small, 1.0, np.sin(angle)))
     blend = weights[0, :, None] * first + weights[1, :, None] * last
     blend[angle > np.pi - OPPOSITE] = np.nan
-    return np.where((share == 0.0)[:, None], first, normalise(blend))
+    return np.asarray(blend)
 
 
 def _turned_or_nearest(direction: Array, row: Array) -> Array:
