@@ -1,6 +1,6 @@
 """Machine, tool, path and motion: geometry that is known, and what drives take for it.
 
-- `machine`: form-shaping code, chain, axes, drives, files; `kinematics`: forward, inverse, Jacobian;
+- `machine`: form-shaping code, chain, axes, drives, files; `kinematics`: forward, inverse, the tip's slopes;
 - `toolpath`: tool, path, the curve through its locations, constraints of the posture;
 - `motion`: inserted and left-out blocks, time law, the control's clock;
 - `energy`: power of drives, energy of motions.

@@ -25,7 +25,7 @@ from fiveaxis.model import (
     tool_poses,
 )
 from fiveaxis.model.kinematics.inverse import redundant_axis
-from fiveaxis.model.kinematics.poses import jacobian
+from fiveaxis.model.kinematics.poses import tip_slopes
 from fiveaxis.model.kinematics.symbolic import linear_axes_of_posture, tool_axis_of_posture
 from fiveaxis.model.machine.axes import LocationError
 from fiveaxis.model.machine.chain import Chain
@@ -61,7 +61,7 @@ def random_positions(machine: Machine, rng: np.random.Generator, n: int) -> np.n
     """Axis values of ±100 mm and ±170°, but where linear axes come near to lying in one plane."""
     scale = [np.radians(170.0) if a.is_rotary else 100.0 for a in machine.axes]
     positions = rng.uniform(-1.0, 1.0, (8 * n, len(machine.axes))) * scale
-    columns = jacobian(machine, positions).tip[:, :, machine.linear_columns]
+    columns = tip_slopes(machine, positions)[:, :, machine.linear_columns]
     return positions[np.linalg.cond(columns) < 30.0][:n]
 
 

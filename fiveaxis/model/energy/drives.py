@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from fiveaxis.base import Array, BoolArray, Finding, MachineError, Severity, inverse_transform, product
-from fiveaxis.model.kinematics.poses import jacobian, link_poses
+from fiveaxis.model.kinematics.poses import link_poses, tip_slopes
 from fiveaxis.model.machine.axes import Axis
 from fiveaxis.model.machine.code import BED
 from fiveaxis.model.machine.drives import AffineDrive, DirectionalDrive, Drive, FrictionDrive, WeightDrive
@@ -221,7 +221,7 @@ def cutting_loads(machine: Machine, positions: Array, speeds: Array, force: Arra
     ----------
     Edem & Balogun (2018), Eqs. (1) and (5), whose moves have one axis.
     """
-    slopes = jacobian(machine, positions).tip
+    slopes = tip_slopes(machine, positions)
     velocity = np.einsum("nik,nk->ni", slopes, speeds)
     length = np.linalg.norm(velocity, axis=1)
     share = np.divide(force / 1000.0, length, out=np.zeros_like(length), where=length > 0.0)

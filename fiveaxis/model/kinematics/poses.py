@@ -1,9 +1,8 @@
-"""Forward kinematics and the linear axes for given rotary angles, on arrays; links and the Jacobian."""
+"""Forward kinematics and the linear axes for given rotary angles, on arrays; links and the tip's slopes."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -162,41 +161,28 @@ def _motions(joint: Joint, values: Array) -> Array:
     return motions
 
 
-@dataclass(frozen=True, eq=False)
-class Jacobian:
-    """Derivatives of tool tip and tool axis with respect to the axis values.
+def tip_slopes(machine: Machine, positions: Array) -> Array:
+    """Differentiate the tool tip with respect to the axis values.
 
-    Parameters
-    ----------
-    tip : (n, 3, k), mm per mm or rad, workpiece frame, columns in the order of `machine.axes`
-    axis : (n, 3, k), per mm or rad; 0 for linear axes
-    """
-
-    tip: Array
-    axis: Array
-
-
-def jacobian(machine: Machine, positions: Array) -> Jacobian:
-    """Differentiate the forward kinematics.
-
-    A linear axis moves the tip along its direction; a rotary axis turns tip and tool axis about its line:
-    ``∂r/∂q = k × (r − p)``, ``∂o/∂q = k × o``, with k and p in the workpiece frame.
+    A linear axis moves the tip along its direction, a rotary axis turns it about its line: ``∂r/∂q =
+    k × (r − p)``, with k and p in the workpiece frame.
 
     Parameters
     ----------
     positions : (n, k), mm and rad, columns in the order of `machine.axes`
+
+    Returns
+    -------
+    (n, 3, k), mm per mm or rad, workpiece frame
     """
     values = np.asarray(positions, dtype=float)
-    tip, axis = tool_poses(machine, values)
-    by_tip, by_axis = np.zeros((2, len(values), 3, values.shape[1]))
+    tip, _axis = tool_poses(machine, values)
+    slopes = np.zeros((len(values), 3, values.shape[1]))
     # The link before a joint carries the joint's line.
     for pose, joint in zip(link_poses(machine, values).values(), machine.chain.joints, strict=False):
-        column = machine.column(joint.letter)
         direction = product(pose[:, :3, :3], np.array(joint.line.direction))
         if joint.is_rotary:
             point = product(pose[:, :3, :3], np.array(joint.line.point)) + pose[:, :3, 3]
-            by_tip[:, :, column] = np.cross(direction, tip - point)
-            by_axis[:, :, column] = np.cross(direction, axis)
-        else:
-            by_tip[:, :, column] = direction
-    return Jacobian(by_tip, by_axis)
+            direction = np.cross(direction, tip - point)
+        slopes[:, :, machine.column(joint.letter)] = direction
+    return slopes

@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from fiveaxis.base import Array, BoolArray
-from fiveaxis.model.kinematics.inverse import Held, axis_positions
+from fiveaxis.model.kinematics.inverse import axis_positions
 from fiveaxis.model.machine.axes import Limits
 from fiveaxis.model.machine.model import Machine
 
@@ -19,52 +19,34 @@ ON_LIMIT = 1e-9
 DECIMALS = 1
 
 
-def reachable_positions(
-    machine: Machine, tip: Array, axis: Array, *, near: Array | None = None, held: Held | None = None
-) -> Array:
-    """Solve all axes for given tool tips and tool axes, inside the limits.
+def reachable_positions(machine: Machine, tip: Array, axis: Array) -> Array:
+    """Solve all axes for given tool tips and tool axes, inside the limits, on every turn there.
 
     Parameters
     ----------
     tip : (n, 3), mm, workpiece frame
     axis : (n, 3), unit vectors, workpiece frame
-    near : (k,) or (n, k), mm and rad: each branch takes the turn inside the limits that is nearest to these
-        axis values. By default every turn inside the limits is returned, and for an unlimited axis the one in
-        (−π, π]
-    held : as for `axis_positions`
 
     Returns
     -------
-    (m, n, k), mm and rad; NaN rows where there are fewer than m. Ordered by branch, then by increasing turn.
+    (m, n, k), mm and rad; an unlimited axis is in (−π, π]. NaN rows where there are fewer than m. Ordered by
+    branch, then by increasing turn.
 
     Raises
     ------
     DegenerateChain
         As `axis_positions`.
     """
-    branches = axis_positions(machine, tip, axis, held=held)
-    if near is None:
-        found = _every_turn(machine, branches)
-    else:
-        found = branches.copy()
-        columns = machine.rotary_columns
-        low, high = machine.low[columns], machine.high[columns]
-        target = np.asarray(near, dtype=float)[..., columns]
-        found[..., columns] = nearest_turn(branches[..., columns], target, low, high)
-    found[~within_limits(machine, found)] = np.nan
-    return found[np.isfinite(found).all(axis=-1).any(axis=-1)]
-
-
-def _every_turn(machine: Machine, branches: Array) -> Array:
-    """Repeat branches, (b, n, k), for every turn that may lie inside the limits, (m, n, k)."""
-    choices = [_turns(branches[..., c], machine.axes[c].limits) for c in machine.rotary_columns]
-    repeated = []
+    columns, repeated = machine.rotary_columns, []
+    branches = axis_positions(machine, tip, axis)
+    choices = [_turns(branches[..., c], machine.axes[c].limits) for c in columns]
     for b, branch in enumerate(branches):
         for angles in itertools.product(*(choice[:, b] for choice in choices)):
             repeated.append(branch.copy())
-            for column, angle in zip(machine.rotary_columns, angles, strict=True):
-                repeated[-1][:, column] = angle
-    return np.stack(repeated)
+            repeated[-1][:, columns] = np.stack(angles, axis=-1)
+    found = np.stack(repeated)
+    found[~within_limits(machine, found)] = np.nan
+    return found[np.isfinite(found).all(axis=-1).any(axis=-1)]
 
 
 def _turns(angle: Array, limits: Limits) -> Array:
