@@ -93,15 +93,8 @@ class Motion(HasColumns):
 
     def at(self, rows: IntArray) -> Motion:
         """Return the motion of some rows, given by their indices in order."""
-        return Motion(
-            self.letters,
-            self.positions[rows],
-            self.feed[rows],
-            self.time[rows],
-            self.kind[rows],
-            self.source[rows],
-            None if self.location is None else self.location[rows],
-        )
+        columns = (self.positions, self.feed, self.time, self.kind, self.source, self.location)
+        return Motion(self.letters, *(None if column is None else column[rows] for column in columns))
 
 
 def located(toolpath: Toolpath, motion: Motion) -> Toolpath:
