@@ -72,19 +72,11 @@ def drive_power(
 
 
 def constant_share(speed: Array, slowest: float | None, fastest: float | None) -> Array:
-    """Compute how much of the constant part of its power a drive takes at a speed.
+    """Compute how much of the constant part of its power a drive takes at a speed, (n,); 0 at standstill.
 
-    It was measured between two speeds. Below them it falls in proportion to the speed, as measured servo
-    drives do, and above them it grows so: the travel costs what it costs at the nearest measured speed.
-
-    Parameters
-    ----------
-    speed : (n,), mm/s or rad/s, not below 0
-    slowest, fastest : mm/s or rad/s, measured; None where nothing is assumed
-
-    Returns
-    -------
-    (n,), 0 at standstill
+    It was measured between the slowest and the fastest of the given speeds. Below them it falls in proportion
+    to the speed, as measured servo drives do, and above them it grows so: the travel costs what it costs at
+    the nearest measured speed. Speeds are in mm/s or rad/s, not below 0; None where nothing is assumed.
     """
     share = np.sign(speed) if slowest is None else np.minimum(1.0, speed / slowest)
     if fastest is None:
@@ -96,16 +88,9 @@ def constant_share(speed: Array, slowest: float | None, fastest: float | None) -
 def moving_power(
     drive: Drive, direction: Array, *, gravity: Array | float = 0.0, weight: float = 0.0
 ) -> Array:
-    """Compute the constant part of a drive's power in motion, beyond what it draws at standstill.
+    """Compute the constant part of a drive's power in motion, (n,) W, beyond what it draws at standstill.
 
-    Parameters
-    ----------
-    drive, gravity, weight : as for `drive_power`
-    direction : (n,), 1 while the axis value grows and −1 while it falls
-
-    Returns
-    -------
-    (n,), W, not below 0
+    It isn't below 0. The direction, (n,), is 1 while the axis value grows and −1 while it falls.
     """
     return np.maximum(_constant_part(drive, direction, gravity, weight), 0.0)
 
@@ -165,19 +150,13 @@ def axis_powers(
     accelerations: Array | None = None,
     feed_force: Array | None = None,
 ) -> Array:
-    """Compute the electrical power of every feed drive.
+    """Compute the electrical power of every feed drive, (n, k) W.
 
     Parameters
     ----------
-    machine : every axis with a drive
     positions : (n, k), mm and rad; gravity's torques depend on them
-    speeds : (n, k), mm/s and rad/s
-    accelerations : (n, k), mm/s² and rad/s²; zero by default
+    speeds, accelerations : (n, k), mm/s and rad/s, and per s²; no accelerations by default
     feed_force : (n,), N, of the cut against the tool's motion; none by default
-
-    Returns
-    -------
-    (n, k), W
 
     Raises
     ------
@@ -203,23 +182,11 @@ def axis_powers(
 
 
 def cutting_loads(machine: Machine, positions: Array, speeds: Array, force: Array) -> Array:
-    """Share a force against the tool's motion out among the axes: their loads take ``F_f v_f`` together.
+    """Share a force against the tool's motion, (n,) N, out among the axes, (n, k) J/mm and J/rad.
 
-    By virtual work an axis has the load ``F_f (∂r/∂q)·v/|v|``, with the velocity v of the tip r in the
-    workpiece frame.
-
-    Parameters
-    ----------
-    positions, speeds : (n, k), mm and rad, mm/s and rad/s
-    force : (n,), N
-
-    Returns
-    -------
-    (n, k), J/mm and J/rad, as `gravity_forces`
-
-    References
-    ----------
-    Edem & Balogun (2018), Eqs. (1) and (5), whose moves have one axis.
+    Their loads take ``F_f v_f`` together: by virtual work an axis has the load ``F_f (∂r/∂q)·v/|v|``, with
+    the velocity v of the tip r in the workpiece frame. In Edem & Balogun (2018), Eqs. (1) and (5), moves have
+    one axis.
     """
     slopes = tip_slopes(machine, positions)
     velocity = np.einsum("nik,nk->ni", slopes, speeds)
@@ -288,16 +255,9 @@ def lifting_costs(machine: Machine, price: float) -> tuple[Array, Array]:
 
 
 def moving_powers(machine: Machine) -> Array:
-    """Compute the constant part of each drive's power in motion (`moving_power`), axes at 0.
+    """Compute `moving_power` of each drive with the axes at 0, (2, k) W: its value grows or falls.
 
-    Returns
-    -------
-    (2, k), W, while the axis value grows and while it falls
-
-    Raises
-    ------
-    MachineError
-        The power of an axis isn't known.
+    `MachineError` where the power of an axis isn't known.
     """
     drives, (forces,), weights = _loads(machine, np.zeros((1, len(machine.axes))))
     sides, loads = np.array([1.0, -1.0]), zip(drives, forces, weights, strict=True)
@@ -308,10 +268,7 @@ def moving_powers(machine: Machine) -> Array:
 def power_findings(machine: Machine) -> tuple[Finding, ...]:
     """Report estimated and borrowed drives, and slowest measured speeds that are assumed.
 
-    Raises
-    ------
-    MachineError
-        The power of an axis isn't known.
+    `MachineError` where the power of an axis isn't known.
     """
     text, constant = describe_powers(machine), moving_powers(machine).round(DIGITS).any(axis=0)
     unstated = [getattr(axis.drive, "measured_from", None) is None for axis in machine.axes]
@@ -383,16 +340,11 @@ def _loads(machine: Machine, positions: Array) -> tuple[list[Drive], Array, Arra
 def gravity_forces(machine: Machine, positions: Array) -> Array:
     """Compute the load that each axis holds against gravity: the derivative of the potential energy.
 
-    A linear axis lifts its moved mass and, on the table, the load: ``m g d·up``. A rotary axis turns its
-    mass about its line: ``m g (k × (c − p))·up``, which changes with its angle and with those of the axes
-    between it and the bed; likewise the load of a table. Axis values are tool relative to workpiece, so a
-    table moves in the opposite direction.
-
-    Parameters
-    ----------
-    machine : with masses; an axis without `moved_mass` weighs nothing, a rotary one without `mass_centre`
-        is balanced
-    positions : (n, k), mm and rad, columns in the order of `machine.axes`
+    A linear axis lifts its moved mass and, on the table, the load: ``m g d·up``. A rotary axis turns its mass
+    about its line: ``m g (k × (c − p))·up``, which changes with its angle and with those of the axes between
+    it and the bed; likewise the load of a table. Axis values are tool relative to workpiece, so a table moves
+    in the opposite direction. An axis without `moved_mass` weighs nothing, a rotary one without `mass_centre`
+    is balanced.
 
     Returns
     -------
@@ -439,9 +391,7 @@ def _velocity(direction: Array, point: Array, centre: Array) -> Array:
 def moved_weights(machine: Machine) -> Array:
     """Compute the weight that each axis moves, (k,) N: its own mass and, on the table, the load.
 
-    References
-    ----------
-    Edem & Balogun (2018), Eq. (1): W, the moved weight of axis, workpiece and vice.
+    It is W of Edem & Balogun (2018), Eq. (1).
     """
     masses = [
         (a.moved_mass or 0.0) + (machine.load.mass if a.letter in machine.code.table else 0.0)

@@ -252,11 +252,9 @@ def _by_kind(motion: Motion, charged: Array, integral: Array) -> dict[str, KindE
 
 
 def move_energies(machine: Machine, motion: Motion) -> Array:
-    """Compute the travel metric of every move by axis (Hayashi et al. 2018, Eqs. 1, 6-8).
+    """Compute the travel metric of every move by axis, (n, k) J: ``W⁺Δq⁺ + W⁻Δq⁻``, 0 for the first row.
 
-    Returns
-    -------
-    (n, k), J: ``W⁺Δq⁺ + W⁻Δq⁻`` of the move that ends at the row, 0 for the first
+    It is that of Hayashi et al. (2018), Eqs. 1 and 6-8.
     """
     plus, minus = travel_costs(machine, motion.feed, motion.rapid)
     moves = motion.moves
@@ -264,17 +262,11 @@ def move_energies(machine: Machine, motion: Motion) -> Array:
 
 
 def move_powers(machine: Machine, motion: Motion, feed_force: float = 0.0) -> Array:
-    """Compute the drives' power in every move, at the move's mean speeds.
+    """Compute the drives' power in every move, (n, k) W, at the move's mean speeds; 0 where it takes no time.
 
     Parameters
     ----------
-    machine : every axis with a drive
-    motion : axis values and times
     feed_force : N, of the cut against the feed in cutting moves
-
-    Returns
-    -------
-    (n, k), W, of the move that ends at the row; 0 where a move takes no time
     """
     moving, moves = motion.time > 0.0, motion.moves
     parts = _parts(machine, np.where(moving[:, None], moves, 0.0)) * moving
@@ -298,12 +290,7 @@ def _parts(machine: Machine, moves: Array) -> IntArray:
 
 
 def law_energies(machine: Machine, law: TimeLaw, feed_force: float = 0.0) -> Array:
-    """Integrate the drives' power over a time law, with its speeds and accelerations.
-
-    Returns
-    -------
-    (n, k), J: ∫P dt of the move that ends at the row, by axis
-    """
+    """Integrate the drives' power over a time law, with its speeds and accelerations, (n, k) J by move."""
     phases = law.phases
     start, _, _ = law.at(phases.start)
     end, _, _ = law.at(phases.start + phases.duration)

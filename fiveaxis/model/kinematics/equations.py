@@ -41,9 +41,7 @@ def tool_axis(chain: Chain, cosines: Cosines) -> Vector:
 def tool_tip(chain: Chain, cosines: Cosines, linear: Mapping[str, Scalar]) -> Vector:
     """Compute the tool tip in the workpiece frame: ``r = T[:3, 3]`` (form-shaping Eq. 3).
 
-    Parameters
-    ----------
-    linear : axis values in mm; a missing letter counts as 0
+    A linear axis whose value, mm, isn't given counts as 0.
     """
     point: Vector = tuple(float(c) for c in chain.tool_home[:3, 3])  # type: ignore[assignment]
     for joint in reversed(chain.joints):
@@ -67,19 +65,11 @@ def linear_directions(chain: Chain, cosines: Cosines) -> dict[str, Vector]:
 
 
 def linear_axes(chain: Chain, cosines: Cosines, tip: Vector) -> dict[str, Scalar]:
-    """Solve the three linear axes for a tool tip and given rotary angles.
+    """Solve the three linear axes, mm by letter, for a tool tip, mm, and given rotary angles.
 
     With the rotary angles fixed the tip is ``r = r_0 + Σ s_l D_l``: linear in the axis values ``s_l``, solved
     by Cramer's rule (form-shaping Eq. 5, with the chain's offsets). Rotary axes before the first linear one
     turn everything alike and are undone at the tip: where none is between linear axes, the D are constant.
-
-    Parameters
-    ----------
-    tip : mm, workpiece frame
-
-    Returns
-    -------
-    mm, by axis letter
     """
     first = next(i for i, joint in enumerate(chain.joints) if not joint.is_rotary)
     for joint in chain.joints[:first]:
@@ -95,13 +85,10 @@ def linear_axes(chain: Chain, cosines: Cosines, tip: Vector) -> dict[str, Scalar
 
 
 def leaning_tip(pivot: Vector, axis: Vector, height: float, offset: float, normal: Vector) -> Vector:
-    """Compute the tip of a tool that leans about its contact, ``pivot − b·o + a·e`` (`toolpath.cutter`).
+    """Compute the tip of a tool that leans about its contact, ``pivot − b·o + a·e`` (`toolpath.cutter`), mm.
 
-    Parameters
-    ----------
-    pivot, axis : mm, unit vector
-    height, offset : mm, b and a of the cutter's zone
-    normal : unit vector; zero where unknown, the axis then passes through the pivot
+    Height and offset are b and a of the cutter's zone. Where the normal is unknown it is zero, and the axis
+    passes through the pivot.
     """
     tip = subtract(pivot, scale(height, axis))
     if offset == 0.0:

@@ -38,22 +38,12 @@ Held = Mapping[str, float]
 
 
 def axis_positions(machine: Machine, tip: Array, axis: Array, *, held: Held | None = None) -> Array:
-    """Solve all axes for given tool tips and tool axes.
+    """Solve all axes for given tool tips and tool axes, as `Machine.inverse`.
 
-    Parameters
-    ----------
-    machine : three linear and up to three rotary axes
-    tip : (n, 3), mm, workpiece frame
-    axis : (n, 3), unit vectors from tip to shank, workpiece frame
-    held : rad by letter, 0 by default: angles at which axes are held whose angle is arbitrary. These are the
-        first rotary axis where the tool lies along it, a rotary axis that only spins the tool or the part,
-        and the redundant one of three rotary axes (the one named here, else `redundant_axis`)
-
-    Returns
-    -------
-    (branches, n, k), mm and rad, columns in the order of `machine.axes`; the whole row is NaN where a branch
-    doesn't exist. Limits aren't applied; angles lie in (−π, π]. Two branches with two or three rotary axes,
-    one with fewer; tool axes that fewer can't reach within `AXIS_TOLERANCE` are NaN.
+    Axes are held whose angle is arbitrary: the first rotary axis where the tool lies along it, a rotary axis
+    that only spins the tool or the part, and the redundant one of three rotary axes (the one that `held`
+    names, else `redundant_axis`). There are two branches with two or three rotary axes, one with fewer; tool
+    axes that fewer can't reach within `AXIS_TOLERANCE` are NaN.
 
     Raises
     ------
@@ -92,12 +82,9 @@ def _require_rows(tip: Array, axis: Array) -> None:
 
 
 def redundant_axis(machine: Machine) -> str:
-    """Return the letter of the redundant one of three rotary axes: the one nearest the tool that can be held.
+    """Return the letter of the redundant one of three rotary axes: the nearest to the tool that can be held.
 
-    Raises
-    ------
-    DegenerateChain
-        No two of the rotary axes lean the tool in two directions.
+    `DegenerateChain` if no two of the rotary axes lean the tool in two directions.
     """
     spare = spare_axes(machine.chain)
     if spare:
@@ -157,13 +144,7 @@ def rotary_angles(machine: Machine, axis: Array, *, held: Held | None = None) ->
 
 
 def require_orienting(machine: Machine) -> None:
-    """Check that the rotary axes lean the tool in two directions.
-
-    Raises
-    ------
-    DegenerateChain
-        Not exactly two rotary axes; parallel ones; one that only spins the tool about itself.
-    """
+    """Raise `DegenerateChain` unless there are two rotary axes and they lean the tool in two directions."""
     reason = why_not_orienting(machine.chain)
     if reason is not None:
         raise DegenerateChain(f"machine {machine.name!r}: {reason}")
@@ -193,11 +174,9 @@ def second_coefficients(k1: Array, k2: Array, home: Array) -> tuple[float, float
 def _two_turns(chain: Chain) -> tuple[Array, Array, Array, tuple[float, ...], tuple[Array, Array]]:
     """Compute what of two rotary axes doesn't depend on the tool axis.
 
-    Returns
-    -------
-    k1, e1, e2 : (3,), unit vectors: the first rotary axis, and two perpendicular to it and to each other
-    second : k1·k2, k2·o0, and a, b, c of `second_coefficients`
-    start : (3,) each: coefficients of 1, cos ρ2 and sin ρ2 in the components of R(k2, ρ2) o0 along e1 and e2
+    k1, e1, e2 are unit vectors, (3,): the first rotary axis, and two perpendicular to it and to each other.
+    Then k1·k2, k2·o0, and a, b, c of `second_coefficients`; and (3,) each, the coefficients of 1, cos ρ2 and
+    sin ρ2 in the components of R(k2, ρ2) o0 along e1 and e2.
     """
     k1, k2 = directions(chain, rotary=True)
     home = chain.tool_home[:3, 2]

@@ -53,11 +53,8 @@ def pose(joints: Array, home: Array, columns: IntArray, values: Array, found: Ar
 def poses(joints: Array, home: Array, columns: IntArray, values: Array) -> Array:
     """Compute tool tip and tool axis, (2, n, 3) mm and unit vectors (form-shaping Eq. 3).
 
-    Parameters
-    ----------
-    joints, home : `Chain.figures`
-    columns : (j,), of each joint among the values; −1 for one that stays at 0
-    values : (n, k), mm and rad
+    Joints and home are `Chain.figures`; columns, (j,), those of the joints among the values, (n, k) mm and
+    rad, −1 for one that stays at 0.
     """
     found = np.empty((2, len(values), 3))
     for i in range(len(values)):
@@ -69,13 +66,8 @@ def poses(joints: Array, home: Array, columns: IntArray, values: Array) -> Array
 def linear_values(joints: Array, home: Array, tip: Array, rotary: Array) -> Array:
     """Solve the three linear axes, (n, 3) mm in chain order, as `equations.linear_axes`.
 
-    They are NaN where their directions lie in one plane.
-
-    Parameters
-    ----------
-    joints, home : as for `poses`
-    tip : (n, 3), mm
-    rotary : (n, r), rad, chain order
+    They are NaN where their directions lie in one plane. Joints and home are as for `poses`; rotary angles,
+    (n, r) rad, in chain order.
     """
     found = np.empty((len(tip), 3))
     ways = np.empty((3, 3))

@@ -12,16 +12,7 @@ from fiveaxis.model.machine.model import Machine
 
 
 def tool_poses(machine: Machine, positions: Array) -> tuple[Array, Array]:
-    """Compute tool tip and tool axis in the workpiece frame for given axis values.
-
-    Parameters
-    ----------
-    positions : (n, k), mm and rad, columns in the order of `machine.axes`
-
-    Returns
-    -------
-    tip : (n, 3), mm, workpiece frame
-    axis : (n, 3), unit vectors from tip to shank, workpiece frame
+    """Compute tool tip and tool axis in the workpiece frame for given axis values, as `Machine.forward`.
 
     References
     ----------
@@ -37,16 +28,7 @@ def tool_poses(machine: Machine, positions: Array) -> tuple[Array, Array]:
 
 
 def tool_axes(machine: Machine, rotary: Array) -> Array:
-    """Compute the tool axis for given rotary angles.
-
-    Parameters
-    ----------
-    rotary : (..., r), rad, chain order (from the workpiece to the tool)
-
-    Returns
-    -------
-    (..., 3), unit vectors from tip to shank, workpiece frame
-    """
+    """Compute the tool axis, (..., 3), workpiece frame, for rotary angles, (..., r) rad in chain order."""
     rotaries = machine.rotaries
     columns = [rotaries.index(j.letter) if j.is_rotary else -1 for j in machine.chain.joints]
     # A copy lets go of the tips.
@@ -92,13 +74,7 @@ def linear_positions(machine: Machine, tip: Array, rotary: Array) -> Array:
 
 
 def require_positioning(machine: Machine) -> None:
-    """Check that the linear axes reach every position.
-
-    Raises
-    ------
-    DegenerateChain
-        Fewer than three linear axes, or three whose directions lie in a plane at home.
-    """
+    """Raise `DegenerateChain` unless the linear axes reach every position."""
     reason = why_not_positioning(machine.chain)
     if reason is not None:
         raise DegenerateChain(f"machine {machine.name!r}: {reason}")

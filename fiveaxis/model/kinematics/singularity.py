@@ -28,16 +28,9 @@ def singular_direction(machine: Machine) -> Array:
 
 
 def singular_angles(machine: Machine, axis: Array) -> Array:
-    """Compute the angle between tool axes and the singular direction.
+    """Compute the angle between tool axes, (..., 3), and the singular direction, (...) rad in [0, π/2].
 
-    Parameters
-    ----------
-    machine : at least one rotary axis
-    axis : (..., 3), unit vectors, workpiece frame
-
-    Returns
-    -------
-    (...), rad, in [0, π/2]
+    The machine has a rotary axis.
     """
     direction = np.broadcast_to(singular_direction(machine), np.shape(axis))
     angle = angle_between(direction, np.asarray(axis, dtype=float))
@@ -90,19 +83,10 @@ class Leaning:
 
 
 def lean_range(machine: Machine) -> Leaning:
-    """Compute how far a machine leans the tool.
+    """Compute how far a machine with two rotary axes leans the tool.
 
     With ``k1·o = h cos(ρ2 − middle) + c`` the lean grows with the distance of ρ2 from the middle, up to half
-    a turn (`rotary_angles`).
-
-    Parameters
-    ----------
-    machine : two rotary axes
-
-    Raises
-    ------
-    DegenerateChain
-        As `require_orienting`.
+    a turn (`rotary_angles`). `DegenerateChain` as `require_orienting`.
     """
     require_orienting(machine)
     k1, k2 = directions(machine.chain, rotary=True)

@@ -13,19 +13,13 @@ from fiveaxis.model.toolpath.cutter import Zone
 def linear_axes_of_posture(
     machine: Machine, pivot: ca.SX, rotary: ca.SX, zone: Zone, normal: ca.SX | None = None
 ) -> ca.SX:
-    """Express the linear axis values by the rotary angles.
+    """Express the linear axis values, (3,) mm in column order, by the rotary angles, (r,) rad in chain order.
 
     Parameters
     ----------
-    machine : three linear axes
     pivot : (3,), mm, workpiece frame; the point about which the tool leans
-    rotary : (r,), rad, chain order
     zone : the arc of the cutter's profile whose centre is the pivot
     normal : (3,), unit vector out of the material; zero where unknown, and not needed for a ball
-
-    Returns
-    -------
-    (3,), mm, in column order of the machine's linear axes
 
     Raises
     ------

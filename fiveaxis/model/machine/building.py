@@ -42,17 +42,9 @@ Origin = Callable[[str], Table]
 
 
 def build_machine(file: MachineFile, folder: Path) -> Machine:
-    """Build the machine that a file describes.
+    """Build the machine that a file describes; its mesh files are named relative to a folder.
 
-    Parameters
-    ----------
-    file : its tables
-    folder : to which the names of mesh files are relative
-
-    Raises
-    ------
-    FigureError
-        A figure contradicts the code, its axis or another figure; `location` names the table.
+    `FigureError` for a figure that contradicts the code, its axis or another one; `location` names the table.
     """
     try:
         code = parse_code(file.code)
@@ -118,24 +110,11 @@ def _require_as_slow(axis: Axis) -> None:
 
 
 def machine_document(machine: Machine, folder: Path | None = None) -> Table:
-    """Convert a machine to the tables of a machine file.
+    """Convert a machine to the tables of a machine file, with every key that applies, defaults included.
 
-    A key of a file that is missing here, in the document of the machine loaded from it, has no effect.
-
-    Parameters
-    ----------
-    machine : its setup and tool length belong to a job and aren't written
-    folder : to which mesh files are named relative; None names them by their absolute path
-
-    Returns
-    -------
-    Tables with every key that applies, defaults included. Each figure has a provenance: one of unknown origin
-    is marked as assumed.
-
-    Raises
-    ------
-    MachineError
-        An axis is clamped (`Machine.holding`).
+    A key of a file that is missing here, in the document of the machine loaded from it, has no effect. Each
+    figure has a provenance: one of unknown origin is marked as assumed. Setup and tool length belong to a job
+    and aren't written; mesh files are named as by `machine_text`. `MachineError` if an axis is clamped.
     """
     if machine.clamped:
         held = ", ".join(axis.letter for axis, _ in machine.clamped)

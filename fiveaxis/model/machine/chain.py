@@ -80,12 +80,8 @@ class Line:
     def displaced(self, error: LocationError, sign: float = 1.0) -> Line:
         """Apply a location error to the line; with the sign −1, take it back.
 
-        The tilt turns the line about its own `point`, at which the offset was measured.
-
-        Raises
-        ------
-        MachineError
-            The tilt turns about the axis itself.
+        The tilt turns the line about its own `point`, at which the offset was measured. `MachineError` if it
+        turns about the axis itself.
         """
         tilt = np.asarray(error.tilt, dtype=float)
         angle = float(np.linalg.norm(tilt, axis=-1))
@@ -142,13 +138,7 @@ class Chain:
 
     @classmethod
     def from_code(cls, code: FormShapingCode, lines: Mapping[str, Line] | None = None) -> Chain:
-        """Build the chain of a form-shaping code.
-
-        Parameters
-        ----------
-        code : structure
-        lines : of axes that aren't through the origin along their letter's direction
-        """
+        """Build the chain of a code, with the lines of axes that aren't their letter's through zero."""
         given = lines or {}
         return cls(tuple(Joint(c, given.get(c, Line(UNIT_DIRECTION[c]))) for c in code.letters))
 
@@ -175,14 +165,8 @@ class Chain:
         return np.array(joints).reshape(-1, 7), np.array([self.tool_home[:3, 3], self.tool_home[:3, 2]])
 
     def seen_from(self, frame: Array) -> Chain:
-        """Express the chain in another frame of the workpiece side.
+        """Express the chain in another frame of the workpiece side, (4, 4) mm in the present one.
 
-        Parameters
-        ----------
-        frame : (4, 4), mm, the new workpiece frame in the present one
-
-        Notes
-        -----
         ``W⁻¹ E_1 … E_k M = (W⁻¹ E_1 W) … (W⁻¹ E_k W) (W⁻¹ M)``, and ``W⁻¹ E W`` is the motion about the line
         as seen from W.
         """

@@ -82,16 +82,9 @@ def check_machine(name: str | Path) -> tuple[Finding, ...]:
 
 
 def check_text(text: str, path: Path) -> tuple[Finding, ...]:
-    """Check the text of a machine file that needn't exist yet.
+    """Check the text of a machine file that needn't exist yet, as `check_machine`.
 
-    Parameters
-    ----------
-    text : TOML
-    path : where it is, or will be; names of mesh files are relative to its folder
-
-    Returns
-    -------
-    As `check_machine`.
+    Names of mesh files in it are relative to the folder of the path where it is, or will be.
     """
     found = _check_document(tomllib.loads(text), path.parent)
     return _sort(replace(f, place=Place(line=line_of(text, where), file=str(path))) for where, f in found)

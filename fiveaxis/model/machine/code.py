@@ -74,17 +74,10 @@ class FormShapingCode:
 
 
 def parse_code(text: str) -> FormShapingCode:
-    """Read a form-shaping code.
+    """Read a form-shaping code, for example ``640123``; all six axes make seven digits, one of them the bed.
 
-    Parameters
-    ----------
-    text : digits, for example ``640123``; all six axes make seven digits, one of them the bed
-
-    Raises
-    ------
-    CodeError
-        The code is empty, has a character other than 0…6, no bed or two, an axis twice, or no axis at all.
-        The message says what to write instead.
+    `CodeError` if it is empty, has a character other than 0…6, no bed or two, an axis twice, or no axis at
+    all; the message says what to write instead.
     """
     if not text:
         raise CodeError(text, f"is empty; {EXAMPLE}")

@@ -43,13 +43,7 @@ INCLINED = "the direction of {kind}: 45 deg in this sense; not measured"
 
 @dataclass(frozen=True)
 class Draft:
-    """A machine file that isn't written yet.
-
-    Parameters
-    ----------
-    text : TOML, with comments
-    machine : that it describes
-    """
+    """A machine file that isn't written yet: TOML with comments, and the machine that it describes."""
 
     text: str
     machine: Machine
@@ -62,10 +56,6 @@ def draft_machine(answers: Answers, base: Machine | None = None) -> Draft:
     ----------
     answers : texts, by question (`QUESTIONS`) and axis letter; what has none is left out and said
     base : machine read from another program's file, whose figures stand where no answer is given
-
-    Returns
-    -------
-    The draft; `check_text` finds what is unlikely in it.
 
     Raises
     ------
@@ -93,18 +83,11 @@ def known_letters(answers: Answers, base: Machine | None) -> str:
 
 
 def assuming(machine: Machine, assumptions: Mapping[str, str]) -> Machine:
-    """Return a machine with figures that are assumed for one run, and marked so.
+    """Return a machine, without setup and tool, with figures that are assumed for one run, and marked so.
 
-    Parameters
-    ----------
-    machine : without setup and tool
-    assumptions : answers to questions of `fiveaxis machine new`, by name: ``A.points``: ``0,0,50``,
-        ``B.counts``: ``table``, ``base-power``: ``600 W``
-
-    Raises
-    ------
-    SettingError
-        An unknown name, or an answer as for `draft_machine`.
+    Assumptions are answers to questions of `fiveaxis machine new`, by name: ``A.points``: ``0,0,50``,
+    ``B.counts``: ``table``, ``base-power``: ``600 W``. `SettingError` for an unknown name, or an answer as
+    for `draft_machine`.
     """
     answers = {}
     for name, answer in assumptions.items():

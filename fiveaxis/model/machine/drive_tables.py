@@ -25,13 +25,7 @@ class MeasuredTable(Figure):
     measured_to: float | None = Field(None, gt=0.0, description="mm/min or deg/min, fastest measured speed")
 
     def require_fitting(self, letter: str, *, with_mass: bool) -> None:
-        """Check that the model fits the axis, and that the axis has a mass if the model needs one.
-
-        Raises
-        ------
-        FigureError
-            It doesn't.
-        """
+        """Raise `FigureError` unless the model fits the axis, which has a mass if the model needs one."""
 
     def read(self, letter: str) -> dict[str, Any]:
         """Return the drive; as `Figure.read`."""

@@ -134,13 +134,7 @@ class Question:
         return f"{self.text} ({'; '.join(filter(None, (self.example, *forms)))})"
 
     def table(self, letter: str, answer: str) -> Table:
-        """Read an answer.
-
-        Raises
-        ------
-        SettingError
-            It has another form, or a figure that no machine has.
-        """
+        """Read an answer; `SettingError` if it has another form, or a figure that no machine has."""
         try:
             model = self.model or Figure
             own = (self.answer or model._answer)(letter, answer.strip())
@@ -187,18 +181,10 @@ class Figure(StrictModel):
         return self
 
     def read(self, letter: str) -> dict[str, Any]:
-        """Return what it states as fields of a `Machine`, or of an `Axis`, in mm, rad, s, W, kg.
+        """Return what it states as fields of a `Machine`, or of the `Axis` of a letter, in mm, rad, s, W, kg.
 
-        ``tool_home``, ``line`` and ``location_error`` belong to the chain.
-
-        Parameters
-        ----------
-        letter : of the axis; empty for a figure of the machine
-
-        Raises
-        ------
-        FigureError
-            It doesn't fit the axis; `location` begins below the figure's table.
+        ``tool_home``, ``line`` and ``location_error`` belong to the chain. `FigureError` if it doesn't fit
+        the axis; `location` begins below the figure's table.
         """
         return {self.field: self._value(letter)} if self.field else {}
 
@@ -209,7 +195,6 @@ class Figure(StrictModel):
         Parameters
         ----------
         machine : with the nominal chain in the machine frame
-        letter : of the axis; empty for a figure of the machine
         stated : whether the origin of the figure is known: it then is written if it is the default, too
         """
         if not cls.field:
@@ -315,13 +300,7 @@ def meaning_of(tables: type[BaseModel], key: str, letter: str) -> str:
 
 
 def unit_factor(letter: str, unit: str) -> float:
-    """Return the factor from a file's unit to mm or rad.
-
-    Raises
-    ------
-    FigureError
-        It is a unit of the other kind of axis.
-    """
+    """Return the factor from a file's unit to mm or rad; `FigureError` for one of the other kind of axis."""
     units = TURNING_UNITS if letter in ROTARY else LINEAR_UNITS
     if unit not in units:
         kind, offered = ("rotary", "deg or rad") if letter in ROTARY else ("linear", "mm or inch")
@@ -342,10 +321,7 @@ def parse_quantity(answer: str, units: Sequence[str]) -> tuple[float, str]:
 def parse_point(answer: str) -> Table:
     """Read a point, (3,) mm.
 
-    Raises
-    ------
-    SettingError
-        There aren't three numbers, or it is further away than any machine is large.
+    `SettingError` if there aren't three numbers, or it is further away than any machine is large.
     """
     numbers = re.split(r"\s*[,;]\s*|\s+", answer)
     if len(numbers) != 3 or not all(re.fullmatch(NUMBER, text) for text in numbers):

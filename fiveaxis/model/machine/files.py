@@ -102,10 +102,7 @@ def read_machine_file(path: Path) -> Machine:
 def read_foreign(path: str | Path) -> Machine:
     """Read another program's description of a machine: LinuxCNC, URDF, Vericut.
 
-    Raises
-    ------
-    MachineError
-        The file's suffix is none of theirs, or it can't be read.
+    `MachineError` if the file's suffix is none of theirs, or it can't be read.
     """
     suffix = Path(path).suffix.lower()
     if suffix not in FOREIGN:
@@ -136,12 +133,10 @@ def library_files() -> list[Path]:
 
 
 def save_machine(machine: Machine, path: str | Path) -> Path:
-    """Write a machine to a file that `load_machine` reads back as the same machine.
+    """Write a machine to a ``.toml`` file, in one step, that `load_machine` reads back as the same machine.
 
-    Parameters
-    ----------
-    machine : its setup and tool length belong to a job and aren't written
-    path : a ``.toml`` file, replaced in one step; mesh files are named relative to its folder if possible
+    Setup and tool length belong to a job and aren't written; mesh files are named relative to the file if
+    possible.
 
     Raises
     ------
@@ -153,15 +148,9 @@ def save_machine(machine: Machine, path: str | Path) -> Path:
 
 
 def machine_text(machine: Machine, folder: Path | None = None) -> str:
-    """Write a machine in the format of machine files.
+    """Write a machine in the format of machine files: TOML in mm, deg, s, W and kg, without defaults.
 
-    Parameters
-    ----------
-    machine : its setup and tool length belong to a job and aren't written
-    folder : to which mesh files are named relative; None names them by their absolute path
-
-    Returns
-    -------
-    TOML in mm, deg, s, W and kg, without keys that have their default value
+    Setup and tool length belong to a job and aren't written. Mesh files are named relative to a folder;
+    without one by their absolute path.
     """
     return toml_text(without_defaults(machine_document(machine, folder)))

@@ -19,13 +19,11 @@ ARROWS = ("=>", "<=", "<=>")  # decoration in a `net` command
 
 @dataclass(frozen=True)
 class Entry:
-    """A value and its location.
+    """A value, after ``=`` or set by a HAL command, and where it stands.
 
     Parameters
     ----------
-    value : text after ``=``, or set by a HAL command
     name : as it is found in the file: ``[AXIS_X] MIN_LIMIT``, ``sets :y-offset 20``
-    file : that has the entry
     line : from 1
     """
 
@@ -39,13 +37,7 @@ class Entry:
         return MachineError(message, file=self.file, line=self.line)
 
     def number(self) -> float:
-        """Read the value as a number; a comment may follow it.
-
-        Raises
-        ------
-        MachineError
-            It isn't a finite number.
-        """
+        """Read the value as a number, which a comment may follow; `MachineError` if it isn't finite."""
         text = re.split(r"\s[#;]", self.value)[0].strip()
         try:
             value = float(text)
@@ -56,13 +48,7 @@ class Entry:
         return value
 
     def flag(self) -> bool:
-        """Read the value as a bit.
-
-        Raises
-        ------
-        MachineError
-            It is neither true nor false.
-        """
+        """Read the value as a bit; `MachineError` if it is neither true nor false."""
         if self.value.lower() not in TRUE + FALSE:
             raise self.fault(f"{self.name}: {self.value!r} must be 0 or 1")
         return self.value.lower() in TRUE
@@ -89,13 +75,7 @@ class Configuration:
         return [e for s, k, e in alike if k.upper() in keys and (s != section or k not in keys)]
 
     def need(self, section: str, key: str, example: str) -> Entry:
-        """Find the entry of a required key.
-
-        Raises
-        ------
-        MachineError
-            The key is missing.
-        """
+        """Find the entry of a required key; `MachineError` if it is missing."""
         found = self.find(section, key)
         if found is None:
             unfound = self.passed_over(section, key)
@@ -128,11 +108,8 @@ class Hal:
     def find(self, pin: str) -> Entry | None:
         """Find the entry that sets a pin's value; None if the pin keeps its module's default.
 
-        Raises
-        ------
-        MachineError
-            The pin is connected to a signal that no command sets: its value exists only while the control
-            runs.
+        `MachineError` if it is connected to a signal that no command sets: its value exists only while the
+        control runs.
         """
         net = self.nets.get(pin)
         if net is None:

@@ -77,15 +77,11 @@ class Source:
 
 
 def read_linuxcnc(path: str | Path) -> Machine:
-    """Read a machine from a LinuxCNC configuration.
+    """Read a machine from a LinuxCNC configuration, an ``.ini`` with its HAL files in the same folder.
 
     Axis values are tool relative to workpiece here; an axis that the control counts in the opposite direction
     is `reversed`, and its limits exchange ends and change sign. The limits of axis and joint both apply: the
     tighter one is taken, and likewise for speeds and accelerations. An ini has no powers, masses or shapes.
-
-    Parameters
-    ----------
-    path : the ``.ini``; HAL files that it names are read if they are in its folder
 
     Raises
     ------

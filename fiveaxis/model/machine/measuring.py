@@ -12,14 +12,7 @@ from fiveaxis.model.machine.model import Machine
 
 @dataclass(frozen=True)
 class Dimension:
-    """A length to measure with every axis at 0.
-
-    Parameters
-    ----------
-    name : its letter in the drawing
-    key : where it is written in the machine file: ``axes.A.line.point[2]``
-    text : what it is
-    """
+    """A length to measure with every axis at 0: its letter in the drawing, its key in the file, its text."""
 
     name: str
     key: str
@@ -32,9 +25,7 @@ class Dimension:
 def pivots_unknown(machine: Machine, *, or_assumed: bool = True) -> tuple[str, ...]:
     """List the rotary axes, in chain order, for whose lines no point is stated.
 
-    Parameters
-    ----------
-    or_assumed : whether a point that is assumed, without a source, counts as not stated
+    Whether a point that is assumed, without a source, counts as not stated is `or_assumed`.
     """
     points = [p for p in machine.provenance if "point" in p.value]
     stated = {p.figure for p in points if not (or_assumed and p.assumed and not p.source)}

@@ -232,12 +232,9 @@ class Machine(Posing, ShownAsTable):
         return self if control is None else replace(self, control=str(control))
 
     def with_load(self, mass: float, centre: Triple = (0.0, 0.0, 0.0)) -> Machine:
-        """Return this machine with another load on the table: workpiece, vice, fixture.
+        """Return this machine with another load on the table, kg: workpiece, vice, fixture.
 
-        Parameters
-        ----------
-        mass : kg
-        centre : (3,), mm, centre of mass, machine frame with every axis at 0
+        Its centre of mass, (3,) mm, is in the machine frame with every axis at 0.
 
         Raises
         ------
@@ -247,12 +244,7 @@ class Machine(Posing, ShownAsTable):
         return replace(self, load=Load(mass, centre))
 
     def holding(self, letter: str, value: float) -> Machine:
-        """Return the machine of the other axes, with one axis clamped.
-
-        Parameters
-        ----------
-        letter : the axis, e.g. a redundant rotary axis
-        value : mm or rad
+        """Return the machine of the other axes, with one axis clamped at a value, mm or rad.
 
         Raises
         ------

@@ -114,10 +114,6 @@ def with_estimates(machine: Machine) -> Machine:
 
     Masses that aren't stated follow from the motor that accelerates them, the machine's mass, its travels, or
     the kind of machine, in this order. Every estimated figure has a band (`Provenance.band`).
-
-    References
-    ----------
-    Edem & Balogun (2018), Eq. (1); Hayashi et al. (2018), power table.
     """
     missing = [axis for axis in machine.axes if axis.drive is None]
     if not missing:

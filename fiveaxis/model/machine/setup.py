@@ -39,10 +39,7 @@ class Setup:
     def at(cls, offset: ArrayLike, rotation_deg: ArrayLike = (0.0, 0.0, 0.0)) -> Setup:
         """Make a setup from two lists or arrays of three numbers.
 
-        Raises
-        ------
-        MachineError
-            There aren't three numbers in each, or one isn't finite.
+        `MachineError` if there aren't three finite ones in each.
         """
         numbers = [np.asarray(v, dtype=float) for v in (offset, rotation_deg)]
         if any(v.shape != (3,) for v in numbers):

@@ -174,13 +174,7 @@ class BodyTable(Figure):
     link: str = Field(description="bed, or the letter of the axis that carries the body")
 
     def body(self, folder: Path) -> Body:
-        """Make the body, whose mesh file is named relative to a folder.
-
-        Raises
-        ------
-        MachineError
-            The mesh file isn't there.
-        """
+        """Make the body, whose mesh file is named relative to a folder; `MachineError` if it isn't there."""
         shape: Shape = self._value("")
         if isinstance(shape, MeshShape):
             shape = replace(shape, file=folder / shape.file)

@@ -37,17 +37,9 @@ SIDES = ("workpiece", "tool")
 
 
 def read_xml(path: Path, root: str) -> ElementTree.Element:
-    """Read an XML file.
+    """Read an XML file whose root element has a tag.
 
-    Parameters
-    ----------
-    path : the file
-    root : tag of its root element
-
-    Raises
-    ------
-    MachineError
-        The file can't be read, isn't XML, declares entities, or has another root element.
+    `MachineError` if it can't be read, isn't XML, declares entities, or has another root element.
     """
     content = read_input(path, MOST_BYTES, MachineError)
     if b"<!DOCTYPE" in content or b"<!ENTITY" in content:
@@ -130,19 +122,10 @@ class Source:
 
 
 def build_from_tree(links: Sequence[Link], source: Source, title: str) -> Machine:
-    """Build the machine of a tree, in the frame of the workpiece's link with every axis at 0.
+    """Build the machine of a tree of links, in the frame of the workpiece's link with every axis at 0.
 
-    Parameters
-    ----------
-    links : with unique names
-    source : their file
-    title : of the machine, for its description
-
-    Raises
-    ------
-    MachineError
-        A link hangs on none or on itself, there is no path, an axis doesn't fit its letter or has that of
-        another one; the message has the file.
+    `MachineError` with the file: a link hangs on none or on itself, there is no path, an axis doesn't fit its
+    letter or has that of another one.
     """
     description = f"{title}: read from {source.file.name}; no powers, no masses"
     tables = {"name": source.file.stem, "description": description} | _tables(links, source)

@@ -68,13 +68,7 @@ def assumed_figures(machine: Machine) -> list[Provenance]:
 
 
 def require_stated(machine: Machine, coordinates: Coordinates, positions: Array | None = None) -> None:
-    """Raise unless every figure is stated on which words of a program depend, as for `figure_findings`.
-
-    Raises
-    ------
-    MachineError
-        One isn't; the message says what to do.
-    """
+    """Raise `MachineError` unless each figure is stated on which words depend, as for `figure_findings`."""
     for finding in figure_findings(machine, coordinates, positions):
         if finding.severity is Severity.ERROR:
             raise MachineError(finding.message)

@@ -55,11 +55,6 @@ def write_urdf(machine: Machine, root: str) -> str:
 
     Every link's frame is parallel to the machine frame at home and lies on the line of the joint before it,
     so joints have pure offsets, and their directions are all that differs between machines.
-
-    Raises
-    ------
-    MachineError
-        The root is another one.
     """
     if root not in ROOTS:
         raise MachineError(f"no URDF tree with root {root!r}; write {' or '.join(map(repr, ROOTS))}")
@@ -191,18 +186,10 @@ def _origin(frame: Array) -> ElementTree.Element:
 
 
 def roll_pitch_yaw(rotation: Array) -> Array:
-    """Split a rotation into ``Rz(yaw) Ry(pitch) Rx(roll)``.
+    """Split a rotation, (3, 3), into ``Rz(yaw) Ry(pitch) Rx(roll)``, (3,) rad.
 
     Pitch and roll are computed after the yaw is undone, so they fit whatever yaw was found: near a pitch of
     90°, where yaw and roll turn about the same axis, the product still keeps all digits.
-
-    Parameters
-    ----------
-    rotation : (3, 3)
-
-    Returns
-    -------
-    (3,), rad
     """
     # Without rounding, noise around 0 would determine the yaw at a pitch of 90°.
     matrix = rotation.round(DECIMALS) + 0.0

@@ -33,9 +33,9 @@ def path_deviation(
     """Measure how far the tool's centre leaves its path under joint or TCP interpolation.
 
     Its path between locations is a `Band`, of a chord alone where the path has no curve. Under TCP
-    interpolation the tip goes straight, and a ball's centre, ``h`` above it along the tool axis, is
-    off by ``h`` times the deviation of the axis from its linear blend. A turn on the spot, by which an axis
-    rewinds whole turns, has no path and no deviation.
+    interpolation the tip goes straight, and a ball's centre, ``h`` above it along the tool axis, is off by
+    ``h`` times the deviation of the axis from its linear blend. A turn on the spot, by which an axis rewinds
+    whole turns, has no path and no deviation.
 
     Parameters
     ----------
@@ -76,8 +76,7 @@ def axis_deviation(
 
     Parameters
     ----------
-    row : (k,), of the filled path, in rows of the given one
-    rotary : (k, 2), rad, chain order, there
+    row, rotary : (k,) and (k, 2), rad, of the filled path, in rows of the given one
     blocks : (m,), rows of the filled path at which the measured blocks begin
     moves : (n − 1,), moves of the given path whose blocks are measured
 

@@ -95,13 +95,9 @@ class Filling:
         return self._thinned(whole, np.ones(len(path), dtype=bool)) if inside else whole
 
     def thin(self, fill: Fill, needed: BoolArray | None = None) -> Fill:
-        """Remove redundant blocks, except those with findings.
+        """Remove redundant blocks, except those with findings, or else those of the needed locations, (n,).
 
         A finding about speed concerns a move and doesn't need its location in a block.
-
-        Parameters
-        ----------
-        needed : (n,), locations whose blocks stay in place of those with findings
         """
         if needed is not None:
             return self._thinned(fill, needed)
@@ -238,16 +234,14 @@ def fill_in(
     """Insert locations until joint interpolation keeps the tool on the path.
 
     All axes run linearly in time between two blocks, so while the rotary axes turn, the tool's centre (a
-    ball's, else the point of the axis at the height of the touching arc) leaves its path (`Band`),
-    and the tool axis the plane of its directions. Inserted locations lie on the path, with angles in
-    proportion or, in cuts where the axis would leave its plane by more than `AXIS_TOLERANCE`, such that it
-    turns evenly in the plane (`AxisPlanes`). They have no contact, and a normal only for cutters whose pivot
-    is off their axis. A rapid move stays one block.
+    ball's, else the point of the axis at the height of the touching arc) leaves its path (`Band`), and the
+    tool axis the plane of its directions. Inserted locations lie on the path, with angles in proportion or,
+    in cuts where the axis would leave its plane by more than `AXIS_TOLERANCE`, such that it turns evenly in
+    the plane (`AxisPlanes`). They have no contact, and a normal only for cutters whose pivot is off their
+    axis. A rapid move stays one block.
 
     Parameters
     ----------
-    toolpath : n locations
-    machine : two rotary and three linear axes
     rotary : (n, 2), rad, chain order
     tolerance : mm, largest deviation of the centre between two blocks
     tcp : keep the tool's centre on the path under TCP interpolation too; rapid moves are then filled as well,
@@ -258,8 +252,7 @@ def fill_in(
 
     Returns
     -------
-    path : m ≥ n locations, the given ones among them
-    motion : the motion along it
+    path, motion : m ≥ n locations, the given ones among them, and the motion along them
     row : (m,), in rows of the given path: 3.25 is a quarter of the move from 3 to 4
     """
     planes = planes or AxisPlanes.of(toolpath, machine, rotary)
@@ -296,10 +289,7 @@ def fill_in(
 def own_slack(toolpath: Toolpath, machine: Machine, rotary: Array, *, tcp: bool) -> Array:
     """Bound by how much a program's own blocks leave the path in the moves to its locations, (n,) mm.
 
-    Parameters
-    ----------
-    rotary : (n, 2), rad, chain order, of the program
-    tcp : whether its control moves the tip straight
+    Its rotary angles, (n, 2) rad, are in chain order; `tcp` is whether its control moves the tip straight.
     """
     every = np.arange(len(toolpath) - 1)
     off = np.nan_to_num(path_deviation(toolpath, machine, rotary, every, tcp=tcp))
@@ -369,13 +359,8 @@ def _with_straight_tips(path: Toolpath, tip: Array, row: Array, axes: Array) -> 
 def _parts_past_normal(path: Toolpath, axes: Array, least: float) -> IntArray:
     """Compute into how many parts cuts are divided, (n − 1,), in which the tool axis swings past the normal.
 
-    Seen from the normal the axis goes along an arc: with both ends of an arc s at the least angle d, it is
-    nearer in the middle by s²/8d at most.
-
-    Parameters
-    ----------
-    axes : (n, 3), unit vectors, of the tool
-    least : rad, d; 0 for none
+    Seen from the normal the axis goes along an arc: with both ends of an arc s at the least angle d, rad, it
+    is nearer in the middle by s²/8d at most. With d = 0 none is divided.
     """
     parts = np.ones(len(path) - 1, dtype=np.int64)
     if least <= 0.0 or not path.has_normals:

@@ -28,11 +28,9 @@ MOST_STEPS, MOST_SHORTENINGS, SHORTENING, DECREASE = 60, 60, 0.6, 1e-4
 
 
 def spline_basis(t: Array) -> Array:
-    """Return the four pieces of a uniform cubic B-spline at shares t of an interval, (p,), 0 to 1.
+    """Return the pieces of a uniform cubic B-spline at shares t of an interval, (p,), and two derivatives.
 
-    Returns
-    -------
-    (3, p, 4), values, first and second derivatives
+    They are (3, p, 4).
     """
     u = 1.0 - t
     t2, u2 = t * t, u * u
@@ -169,18 +167,9 @@ def _newton_step(c: Array, at: PointLimits, mu: float) -> tuple[Array, float]:
 
 @compiled
 def centre(c: Array, at: PointLimits, mu: float, allowed: float) -> Array:
-    """Minimise the time plus a barrier.
+    """Minimise the time plus a barrier of weight mu: coefficients of x, (n + 3,), strictly within all limits.
 
-    Parameters
-    ----------
-    c : (n + 3,), coefficients of x, strictly within all limits
-    at : limits, at two points of each interval
-    mu : weight of the barrier
-    allowed : Newton decrement at which the minimum is near enough
-
-    Returns
-    -------
-    (n + 3,), the coefficients
+    They are near enough at a Newton decrement of `allowed`.
     """
     best = merit(c, at, mu)
     for _ in range(MOST_STEPS):

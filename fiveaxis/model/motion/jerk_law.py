@@ -136,14 +136,8 @@ def run_with_jerk(
     """Compute the phases of the quickest run along a path within its bounds, jerk included.
 
     Limits hold at all times: what is left of peaks between the points at which they are limits is taken off
-    by slowing the run down from stop to stop, which the time includes.
-
-    Parameters
-    ----------
-    path : of the axes
-    station, path_speed : (n,), of the rows, as `run_phases`
-    phases : of the same rows without the limits of jerk, nowhere at rest
-    bounds : of the axes
+    by slowing the run down from stop to stop, which the time includes. Station and path speed are of the
+    rows, as `run_phases`; the phases are those of the same rows without the limits of jerk, nowhere at rest.
     """
     known = np.isfinite(bounds.jerk) & np.isfinite(bounds.acceleration)
     total = float(phases.duration.sum())
@@ -164,12 +158,9 @@ def run_with_jerk(
 
 
 def _course(path: SmoothPath, phases: Phases, first: int, last: int, step: float) -> _Course:
-    """Divide the path from one corner with a stop to another into intervals.
+    """Divide the path from one corner with a stop to another into intervals of about the time of a step, s.
 
-    Parameters
-    ----------
-    phases : of that part of the path under a known law
-    step : s, about the time of an interval
+    The phases are those of this part of the path under a known law.
     """
     from scipy.ndimage import uniform_filter1d  # slow to load
 
@@ -293,16 +284,10 @@ class _Runner:
 def _quickest(
     limits: PointLimits, weights: tuple[float, float], inner: Array | None = None
 ) -> tuple[Array, Array]:
-    """Find the quickest run within limits.
+    """Find the quickest run within limits: its coefficients, and those at the first weight, (n + 3,) each.
 
-    Parameters
-    ----------
-    weights : of the barrier as shares of the time, at first and at last
-    inner : (n + 3,), coefficients of x that exceed the limits little; None for none
-
-    Returns
-    -------
-    (n + 3,), the coefficients, and those at the first weight
+    The weights of the barrier at first and at last are shares of the time. Coefficients of x that exceed the
+    limits little may be given, `inner`.
     """
     n = int(limits.interval[-1]) + 1
     if inner is None:

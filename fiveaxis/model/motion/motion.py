@@ -77,11 +77,9 @@ class Motion(HasColumns):
     def columns(self) -> dict[str, NDArray[Any]]:
         """Return the rows by columns, (n,) each, with the numbers of ``motion.csv``.
 
-        Returns
-        -------
-        ``X_mm``, ``A_deg`` and so on by axis, ``feed_mm_min``, ``time_s``, ``line`` (of the source) and
-        ``kind`` (``cut``, ``link`` or ``rapid``); of a motion with inserted rows also ``location``, which is
-        fractional for these
+        They are ``X_mm``, ``A_deg`` and so on by axis, ``feed_mm_min``, ``time_s``, ``line`` (of the source)
+        and ``kind`` (``cut``, ``link`` or ``rapid``); of a motion with inserted rows also ``location``, which
+        is fractional for these.
         """
         axes = {
             f"{c}_deg" if c in "ABC" else f"{c}_mm": np.degrees(values) if c in "ABC" else values
@@ -93,17 +91,15 @@ class Motion(HasColumns):
 
     def at(self, rows: IntArray) -> Motion:
         """Return the motion of some rows, given by their indices in order."""
-        columns = (self.positions, self.feed, self.time, self.kind, self.source, self.location)
-        return Motion(self.letters, *(None if column is None else column[rows] for column in columns))
+        location = None if self.location is None else self.location[rows]
+        columns = ("positions", "feed", "time", "kind", "source")
+        return Motion(self.letters, **{c: getattr(self, c)[rows] for c in columns}, location=location)
 
 
 def located(toolpath: Toolpath, motion: Motion) -> Toolpath:
     """Refine a path to one location for each row of a motion along it, if the motion has `location`.
 
-    Raises
-    ------
-    ToolpathError
-        The path has another length, or the motion has no row at some of its locations.
+    `ToolpathError` if the path has another length, or the motion has no row at some of its locations.
     """
     location = motion.location
     if location is None or len(motion) == len(toolpath):
@@ -143,11 +139,7 @@ def require_along(motion: Motion, machine: Machine, toolpath: Toolpath) -> None:
 def follow(toolpath: Toolpath, machine: Machine, rotary: Array) -> Motion:
     """Compute the motion along a path with given rotary angles; the tool turns about the path's pivots.
 
-    Parameters
-    ----------
-    toolpath : the cutter locations
-    machine : two rotary and three linear axes
-    rotary : (n, 2), rad, chain order; turns count
+    The angles, (n, 2) rad, are in chain order, and their turns count.
     """
     tips = toolpath.tips(tool_axes(machine, rotary))
     positions = linear_positions(machine, tips, rotary)

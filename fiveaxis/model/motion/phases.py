@@ -112,19 +112,13 @@ class _Grid:
 def run_phases(
     path: RoundedPath, station: Array, path_speed: Array, dwelling: Array, bounds: AxisBounds
 ) -> Phases:
-    """Compute the phases of the fastest run along a path within its bounds.
+    """Compute the phases, of positive duration, of the fastest run along a path within its bounds.
 
     Parameters
     ----------
-    path : of the axes
     station : (n,), mm, of the rows
     path_speed : (n,), mm/s, at the feed of each block; NaN where nothing moves
     dwelling : (n,), s, rest at each row; 0 for none
-    bounds : of the axes
-
-    Returns
-    -------
-    Phases of positive duration
     """
     if path.length == 0.0:
         none = np.zeros(0)
@@ -166,21 +160,12 @@ def _cut(path: RoundedPath, station: Array, path_speed: Array, bounds: AxisBound
 
 
 def _speed_ceilings(slopes: Array, speed: Array) -> Array:
-    """Bound the squared path speed at both ends of intervals so that no axis is too fast within.
+    """Bound the squared path speed at both ends of intervals, (2, s) (mm/s)², so that no axis is too fast.
 
-    An axis runs at ``g √x`` with g and x both linear. If both ends were at its bound v, with slopes of
-    ratio r, it would reach ``g² x = v² · 4 (r² + r + 1)³ / (27 r² (r + 1)²)`` at ``(2 r + 1) / (3 r + 3)`` of
-    the interval. For r near 1 that is hardly more than v², and both ends are lowered by the ratio; otherwise
-    the steeper end bounds both.
-
-    Parameters
-    ----------
-    slopes : (2, s, k), q' at start and end
-    speed : (k,)
-
-    Returns
-    -------
-    (2, s), (mm/s)²
+    An axis runs at ``g √x`` with g and x both linear. If both ends were at its bound v, with slopes of ratio
+    r, it would reach ``g² x = v² · 4 (r² + r + 1)³ / (27 r² (r + 1)²)`` at ``(2 r + 1) / (3 r + 3)`` of the
+    interval. For r near 1 that is hardly more than v², and both ends are lowered by the ratio; otherwise the
+    steeper end bounds both. Slopes, (2, s, k), are q' at start and end.
     """
     steep, flat = np.abs(slopes).max(axis=0), np.abs(slopes).min(axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):  # an axis that stands sets no bound
@@ -241,8 +226,8 @@ def _timed(grid: _Grid, pieces: Array, path_speeds: Array) -> Phases:
     block = np.broadcast_to(grid.block[:, None], pieces.shape)[used]
     path_acceleration = (after - path_speed) / duration
     long = duration > BRIEFEST
-    columns = station, path_speed, path_acceleration, duration, block
-    return Phases(*(column[long] for column in columns), np.zeros((int(long.sum()), 3)))
+    none = np.zeros((int(long.sum()), 3))
+    return Phases(station[long], path_speed[long], path_acceleration[long], duration[long], block[long], none)
 
 
 def with_dwells(phases: Phases, station: Array, dwelling: Array) -> Phases:

@@ -86,14 +86,8 @@ class AxisPlanes:
 
         These are the cuts in which the tool axis would leave its plane by more than the tolerance, except
         where in the plane a rotary axis would turn faster than `FASTEST` or, unlike in proportion, a held
-        axis would move, an axis exceed a limit or the tool enter the cone.
-
-        Parameters
-        ----------
-        toolpath : n locations
-        rotary : (n, 2), rad, chain order
-        hold : letters of held rotary axes
-        cone : rad, half angle about the singular direction
+        axis would move, an axis exceed a limit or the tool enter the cone: of a half angle, rad, about the
+        singular direction. Rotary angles, (n, 2) rad, are in chain order.
         """
         axes = tool_axes(machine, rotary)
         across = np.cross(axes[:-1], axes[1:])
@@ -157,9 +151,7 @@ class AxisPlanes:
     def fastest(self, row: Array) -> float:
         """Measure the fastest turn in a block of a kept move, as a multiple of an even turn along the move.
 
-        Returns
-        -------
-        At least 1; the even turn is that of the axis with the larger one
+        It is at least 1; the even turn is that of the axis with the larger one.
         """
         move = np.ceil(row[1:]).astype(np.int64) - 1
         some = np.flatnonzero(self.kept[move])
@@ -286,11 +278,6 @@ def _bows(toolpath: Toolpath, axes: Array, normal: Array) -> Array:
 
     The curve's second derivative at a location is that of the parabola through it and its neighbours; of the
     two of a move the smaller one counts if they have one sign.
-
-    Parameters
-    ----------
-    axes : (n, 3), unit vectors
-    normal : (n − 1, 3), of the planes
     """
     curved = toolpath.curved[1:]
     if not curved.any():

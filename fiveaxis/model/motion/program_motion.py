@@ -70,9 +70,7 @@ class ProgramMotion(HasColumns):
     def columns(self) -> dict[str, NDArray[Any]]:
         """Return the moves by columns, (m,) each: those of `Motion.columns` and ``phase``.
 
-        Returns
-        -------
-        ``phase`` is ``approach``, ``lead-in``, ``path``, ``lead-out`` or ``retract``
+        That is ``approach``, ``lead-in``, ``path``, ``lead-out`` or ``retract``.
         """
         names = np.array([phase.name.lower().replace("_", "-") for phase in Phase])
         return self.motion.columns() | {"phase": names[self.phase]}

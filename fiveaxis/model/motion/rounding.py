@@ -55,16 +55,7 @@ class RoundedPath:
         return np.clip(found, 0, len(self.directions) - 1)
 
     def at(self, station: Array) -> tuple[Array, Array, Array]:
-        """Compute axis values and their first and second derivatives with respect to the station.
-
-        Parameters
-        ----------
-        station : (s,), mm
-
-        Returns
-        -------
-        q, q', q'' : (s, k), mm and rad, per mm of station
-        """
+        """Compute axis values, mm and rad, and two derivatives per mm, (s, k) each, at stations, (s,) mm."""
         side, corner = self.side(station), self.nearest(station)
         ahead = station - self.station[side]
         position = self.corners[side] + ahead[:, None] * self.directions[side]
@@ -104,8 +95,7 @@ def round_corners(
 
     Returns
     -------
-    path : without rows that stand still or lie on a straight line
-    station : (n,), mm, of every row
+    The path without rows that stand still or lie on a straight line, and the station of every row, (n,) mm
     """
     kept = _moving_rows(positions * lever)
     last = np.searchsorted(kept, np.arange(len(positions)), side="right") - 1

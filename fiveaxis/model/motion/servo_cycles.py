@@ -42,12 +42,12 @@ RISING, CRUISING, FALLING = range(3)
 def servo_times(
     blocks: Motion, machine: Machine, cycle: float, *, blends: bool, tolerance: float = 0.0
 ) -> Limiting:
-    """Run blocks through LinuxCNC's trajectory planner, from rest to rest.
+    """Run blocks, one a row, through LinuxCNC's trajectory planner, from rest to rest.
 
     The length of a block is that of its X, Y and Z words, or of its rotary words where these stand; the speed
-    along it changes by at most ``min_j A_j / |d_j|``, d the axes' steps per length. Followed exactly (G61),
-    a block ends at rest, unless neither it nor the next turns a rotary axis and their directions d₁, d₂
-    differ so little that the change of speed within one cycle T needs less than a tenth of every axis's
+    along it changes by at most ``min_j A_j / |d_j|``, d the axes' steps per length. Followed exactly (G61), a
+    block ends at rest, unless neither it nor the next turns a rotary axis and their directions d₁, d₂ differ
+    so little that the change of speed within one cycle T needs less than a tenth of every axis's
     acceleration::
 
         |d₂ − d₁|_j (v / T + a) < 0.1 A_j
@@ -58,19 +58,14 @@ def servo_times(
 
     Parameters
     ----------
-    blocks : one a row, in the words that the control limits; with the times at their feeds
+    blocks : in the words that the control limits; with the times at their feeds
     machine : with accelerations of all axes
     cycle : s
-    blends : whether blocks are blended
-    tolerance : mm, that blends may deviate along X, Y and Z; 0 for none
+    blends, tolerance : whether blocks are blended, and mm that X, Y and Z may deviate then; 0 for none
 
     Returns
     -------
     The time of each block, by what limits its speed; a block without a move keeps its own time
-
-    References
-    ----------
-    LinuxCNC 2.9, src/emc/tp/tp.c and blendmath.c.
     """
     bounds = axis_bounds(machine)
     linear, rotary = machine.linear_columns, machine.rotary_columns
@@ -239,9 +234,7 @@ def begin(move: Record, state: Record) -> None:
 def finish(queue: Records, states: Records, place: int, cycle: float) -> float:
     """End a move within a cycle, and let the next one go on in the rest of it (tpHandleSplitCycle).
 
-    Returns
-    -------
-    Part of the cycle that belongs to the next move, s.
+    Returned is the part of the cycle that belongs to the next move, s.
     """
     move, state = queue[place], states[place]
     part = state.step
@@ -261,15 +254,13 @@ def run_cycles(queue: Records, states: Records, tolerance: float, cycle: float) 
 
     Parameters
     ----------
-    queue : (m,) of `QUEUED_MOVE`, joined by `queue_moves`
-    states : (m,) of `STATE`, zeros
-    tolerance : mm of blends; 0 for none
-    cycle : s
+    queue, states : (m,) of `QUEUED_MOVE`, joined by `queue_moves`, and of `STATE`, zeros
+    tolerance, cycle : mm of blends, 0 for none; s
 
     Returns
     -------
-    times : (m, 3), s, in which each move is RISING, CRUISING and FALLING; a cycle in which one move ends and
-        the next begins is shared out between them
+    (m, 3), s, in which each move is RISING, CRUISING and FALLING; a cycle in which one move ends and the next
+    begins is shared out between them
     """
     times = np.zeros((len(queue), 3))
     for place in range(len(queue)):

@@ -75,16 +75,10 @@ def usable_acceleration(move: Record) -> float:
 
 @compiled
 def blend_speeds(first: Record, second: Record, tolerance: float, share: float) -> tuple[float, float, float]:
-    """Speeds of two moves at which the second may begin while the first ends (tpComputeBlendVelocity).
+    """Speeds of two moves at which the second may begin while the first ends (tpComputeBlendVelocity), per s.
 
-    Parameters
-    ----------
-    tolerance : mm; 0 for none
-    share : of each move that is sure not to be taken by other blends
-
-    Returns
-    -------
-    Speed of the first, of the second, and of both together along the corner, per s.
+    They are those of the first, of the second, and of both together along the corner. Blends keep a tolerance
+    in mm, 0 for none; `share` is the part of each move that is sure not to be taken by other blends.
     """
     acceleration_first, acceleration_second = usable_acceleration(first), usable_acceleration(second)
     fast_first = min(math.sqrt(acceleration_first * first.length * share), top_speed(first))
@@ -127,14 +121,9 @@ def fit_arc(
 ) -> tuple[float, float]:
     """Fit a blend arc between two lines (blendInit3FromLineLine, blendComputeParameters).
 
-    Parameters
-    ----------
-    queue : with the lines at `last` and `new`, and room for the arc at `arc`
-    bounds : (2, 3), highest accelerations, mm/s², and speeds, mm/s, of X, Y, Z
-
-    Returns
-    -------
-    Length that the arc takes from each line, mm, and what is left of the first one; below 0 if none fits.
+    The queue has the lines at `last` and `new`, and room for the arc at `arc`; bounds are those of
+    `queue_moves`. Returned is the length that the arc takes from each line, mm, and what is left of the first
+    one; below 0 if none fits.
     """
     first, second, blend = queue[last], queue[new], queue[arc]
     angle = half_angle(first, second)
@@ -261,12 +250,11 @@ def queue_moves(moves: Records, bounds: Array, tolerance: float, cycle: float) -
     ----------
     moves : (n,) of `QUEUED_MOVE`, none without length
     bounds : (2, 3), highest accelerations, mm/s², and speeds, mm/s, of X, Y, Z
-    tolerance : mm of blends; 0 for none
-    cycle : s
+    tolerance, cycle : mm of blends, 0 for none; s
 
     Returns
     -------
-    queue : (m,) of `QUEUED_MOVE`, with speeds at their ends
+    (m,) of `QUEUED_MOVE`, with speeds at their ends
     """
     queue = np.zeros(2 * len(moves) + 3, moves.dtype)
     count = 0

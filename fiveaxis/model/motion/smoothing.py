@@ -69,7 +69,7 @@ class SmoothPath(RoundedPath):
 
 
 def smooth_corners(path: RoundedPath, lever: Array, *, tolerance: float, smooth: float) -> SmoothPath:
-    """Give a path with rounded corners a continuous second derivative.
+    """Give a path with rounded corners a continuous second derivative, within the tolerances.
 
     Parameters
     ----------
@@ -77,10 +77,6 @@ def smooth_corners(path: RoundedPath, lever: Array, *, tolerance: float, smooth:
     lever : (k,), as `round_corners`
     tolerance : mm, within which real corners are passed
     smooth : mm, the same for rows of a sampled curve, but no more than `path` leaves them or `SMOOTH`
-
-    Returns
-    -------
-    The path, within the tolerances
     """
     turns = np.zeros_like(path.corners)
     turns[1:-1] = np.diff(path.directions, axis=0)
@@ -112,9 +108,7 @@ def _smooth_run(
 
     Parameters
     ----------
-    points : (m, k), mm and rad
-    station : (m,), mm
-    curve : (m,), rows of a curve
+    points, station, curve : (m, k) mm and rad, (m,) mm, (m,) rows of a curve
     allowed : (m,), mm, how far the path may leave each
 
     Returns

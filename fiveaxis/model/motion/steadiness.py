@@ -103,11 +103,10 @@ class Steadiness:
 def measure_steadiness(
     machine: Machine, blocks: Motion, rounding: float = 0.0, ends: BoolArray | None = None
 ) -> Steadiness:
-    """Find the starts, the reversals and the largest changes of speed in a program's blocks.
+    """Find the starts, the reversals and the largest changes of speed in a program's blocks, one a row.
 
     Parameters
     ----------
-    blocks : one a row; no move ends at the first
     rounding : mm, travel of a linear axis up to which it counts as standing
     ends : (n,), rows at which a block ends, where one has several: what an axis swings by in the middle of a
         block, because the control moves the tip straight, is no event of the program

@@ -243,13 +243,8 @@ def near(
 ) -> BoolArray:
     """Check which spans keep to the given motion, at the ends and the middles of all their blocks, (s,).
 
-    Parameters
-    ----------
-    joints, home : `Chain.figures`
-    columns, controlled, speed, wanted : of `_Course`
-    clock : (2n,), s, of the rows of `wanted`
-    normal, plane : of `_Course.beside`
-    zone : height and offset of the cutter's zone, mm
+    Columns, controlled, speed, clock (of clocks), wanted, normal and plane (of beside) and zone are
+    `_Course`'s.
     """
     found, moved = np.empty(len(firsts), dtype=np.bool_), np.empty((1, controlled.shape[1]))
     held, aside = np.empty((2, 1, 3)), np.empty(3)

@@ -232,16 +232,7 @@ def time_motion(
 
 
 def _require_timed(motion: Motion, machine: Machine) -> None:
-    """Raise unless a motion belongs to this machine and can be timed.
-
-    Raises
-    ------
-    ToolpathError
-        No rows; positions that aren't finite; times that aren't finite or are negative; a move without a
-        time.
-    MachineError
-        The motion has other axes than the machine.
-    """
+    """Raise `ToolpathError` or `MachineError` unless a motion belongs to this machine and can be timed."""
     if motion.letters != machine.letters:
         raise MachineError(
             f"the motion has axes {motion.letters}; machine {machine.name!r} has {machine.letters}"

@@ -46,13 +46,7 @@ class AxisBounds:
 
 
 def axis_bounds(machine: Machine) -> AxisBounds:
-    """Collect the axes' bounds.
-
-    Raises
-    ------
-    MachineError
-        A bound that isn't a positive number.
-    """
+    """Collect the axes' bounds; `MachineError` for one that isn't a positive number."""
     bounds = {}
     for name, unit in (("max_speed", "s"), ("max_acceleration", "s²"), ("max_jerk", "s³")):
         values = [getattr(axis, name) for axis in machine.axes]
@@ -67,16 +61,7 @@ def axis_bounds(machine: Machine) -> AxisBounds:
 
 
 def axis_times(machine: Machine, moves: Array) -> Array:
-    """Compute how long moves take at least, since an axis has a highest speed.
-
-    Parameters
-    ----------
-    moves : (n, k), mm and rad; an axis without a highest speed sets no bound
-
-    Returns
-    -------
-    (n,), s
-    """
+    """Compute how long moves, (n, k) mm and rad, take at least, (n,) s, since axes have a highest speed."""
     return np.asarray((np.abs(moves) / axis_bounds(machine).speed).max(axis=1, initial=0.0))
 
 
@@ -127,15 +112,9 @@ def _fed_lengths(toolpath: Toolpath, machine: Machine, positions: Array, by_tip:
 
 
 def feed_times(toolpath: Toolpath, turn: Array | float = 0.0) -> Array:
-    """Compute the duration of every move at the programmed feed alone.
+    """Compute the duration of every move at the programmed feed alone, (n,) s; 0 for the first row.
 
-    Parameters
-    ----------
-    turn : (n,), rad, of the rotary axes, which counts where the pivot stands still
-
-    Returns
-    -------
-    (n,), s; 0 for the first row
+    Where the pivot stands still, what the rotary axes turn by, (n,) rad, counts.
     """
     return _times_of(toolpath.lengths, turn, toolpath.feed)
 
@@ -146,15 +125,9 @@ def _times_of(length: Array, turn: Array | float, feed: Array) -> Array:
 
 
 def rapid_speeds(machine: Machine, feed: Array) -> Array:
-    """Return the speed of every axis in rapid moves: its highest or, if unknown, the rows' feed.
+    """Return the speed of every axis in rapid moves, (n, k) mm/s and rad/s: its highest or the rows' feed.
 
-    Parameters
-    ----------
-    feed : (n,), mm/s, of the path for rapid moves; a rotary axis takes the number as deg/s
-
-    Returns
-    -------
-    (n, k), mm/s and rad/s
+    Of feeds, (n,) mm/s, rotary axes take the number as deg/s.
     """
     stated = np.where(machine.is_rotary, np.radians(feed)[:, None], feed[:, None])
     known = axis_bounds(machine).speed
@@ -187,14 +160,10 @@ def rapid_findings(toolpath: Toolpath, machine: Machine, positions: Array) -> li
 
 
 def least_times(toolpath: Toolpath, machine: Machine) -> Array:
-    """Compute the part of every move's duration that doesn't depend on the posture.
+    """Compute the part of every move's duration that doesn't depend on the posture, (n,) s.
 
     It is the duration at the programmed feed. A rapid move has no such part, as its duration depends on the
     axes' travel alone, unless a linear axis has no known speed: then the duration at the row's feed is used.
-
-    Returns
-    -------
-    (n,), s; 0 for the first row
     """
     return np.where(toolpath.rapid & times_rapids(machine), 0.0, feed_times(toolpath))
 

@@ -101,17 +101,7 @@ class TiltBounds:
         return angle_between(axis, self.reference)
 
     def admits(self, axis: Array, rows: IntArray | slice = slice(None)) -> BoolArray:
-        """Check whether tool axes keep every bound.
-
-        Parameters
-        ----------
-        axis : (m, ..., 3), unit vectors, for m locations
-        rows : their indices
-
-        Returns
-        -------
-        (m, ...)
-        """
+        """Check whether tool axes, (m, ..., 3), at the given locations keep every bound, (m, ...)."""
         shape = (-1, *(1,) * (axis.ndim - 2), 3)
         inside = np.ones(axis.shape[:-1], dtype=bool)
         for bound in self.all:
@@ -124,12 +114,8 @@ class TiltBounds:
         """Turn tool axes, (n, 3) unit vectors, into the bounds by small rotations.
 
         An axis outside a bound is turned straight towards or away from its reference, one bound after the
-        other until all hold. Where bounds barely or never meet, the result may still break one: check it
-        with `admits`.
-
-        Parameters
-        ----------
-        inset : rad, how far inside each bound to stop; at most its middle
+        other until all hold, to so many rad inside each, at most its middle. Where bounds barely or never
+        meet, the result may still break one: check it with `admits`.
         """
         drawn = axis.copy()
         for _ in range(MOST_ROUNDS):
@@ -210,17 +196,9 @@ def require_common_tilt(tilt: Range, lead: Range | None, lean: Range | None) -> 
 
 
 def lead_lean_bounds(toolpath: Toolpath, lead: Range | None, lean: Range | None) -> tuple[TiltBounds, ...]:
-    """Return ranges of lead and lean as bounds, two for each range.
+    """Return ranges of lead and lean, rad or None, as bounds, two for each range.
 
-    Parameters
-    ----------
-    toolpath : with surface normals at its cuts
-    lead, lean : smallest and largest angle, rad; None for no bound
-
-    Raises
-    ------
-    ToolpathError
-        A path without normals, or a location without a feed direction.
+    `ToolpathError` for a path without normals at its cuts, or a location without a feed direction.
     """
     ranges = {name: ends for name, ends in (("lead", lead), ("lean", lean)) if ends is not None}
     if not ranges:
@@ -243,13 +221,7 @@ def lead_lean_bounds(toolpath: Toolpath, lead: Range | None, lean: Range | None)
 
 
 def require_touching(toolpath: Toolpath, what: str) -> None:
-    """Raise unless it is known where the cutter touches, in words of what hangs on that.
-
-    Raises
-    ------
-    ToolpathError
-        A path without normals.
-    """
+    """Raise `ToolpathError` unless it is known where the cutter touches, in words of what hangs on that."""
     if not toolpath.has_normals:
         raise ToolpathError(
             f"has no surface normals, so where the cutter touches isn't known, nor {what}; say which surface "
@@ -259,20 +231,10 @@ def require_touching(toolpath: Toolpath, what: str) -> None:
 
 
 def cutting_speed_bounds(toolpath: Toolpath, speed: float, spindle: float) -> TiltBounds:
-    """Return the angles to the normal at which the cutting edge is fast enough at the contact.
+    """Return the angles to the normal at which the cutting edge is at least so fast, mm/s, at the contact.
 
-    Parameters
-    ----------
-    toolpath : with surface normals
-    speed : mm/s, lowest speed
-    spindle : rad/s
-
-    Raises
-    ------
-    ToolpathError
-        A path without normals.
-    SettingError
-        No part of the cutter's zone is that fast.
+    `ToolpathError` for a path without normals; `SettingError` if no part of the cutter's zone is that fast,
+    at the spindle's speed in rad/s.
     """
     require_touching(toolpath, "how fast its edge cuts")
     zone, radius = toolpath.zone, speed / spindle

@@ -259,13 +259,7 @@ EITHER = (
 
 
 def require_range(low: float, high: float, name: str = "tilt") -> None:
-    """Check a range of angles in degrees.
-
-    Raises
-    ------
-    SettingError
-        Empty, reversed or outside 0…180°.
-    """
+    """Raise `SettingError` for a range of angles, deg, that is empty, reversed or outside 0…180°."""
     if not 0.0 <= low < high <= 180.0:
         raise SettingError(
             f"{name} range {low:g}…{high:g} deg is empty, reversed or outside 0…180 deg; "

@@ -54,14 +54,7 @@ class Curve:
 
     @classmethod
     def through(cls, pivot: Array, normal: Array, smooth: BoolArray) -> Curve:
-        """Find the curve through locations.
-
-        Parameters
-        ----------
-        pivot : (n, 3), mm
-        normal : (n, 3), unit vectors; NaN where unknown
-        smooth : (n,), whether the move to each row may be curved
-        """
+        """Find the curve through pivots, (n, 3) mm; `smooth` says of moves whether they may be curved."""
         bows = np.zeros((len(pivot), 2, 3))
         bows[1:] = _bows(pivot, normal, smooth[1:])
         return cls(bows, np.zeros_like(pivot))
@@ -77,17 +70,7 @@ class Curve:
         return Curve(np.where(whole[:, None, None], self.bows[rows], 0.0), self.chord[rows])
 
     def between(self, pivot: Array, row: Array) -> tuple[Array, Array]:
-        """Compute the curve at fractional rows, and how far the given chord is from there.
-
-        Parameters
-        ----------
-        pivot : (n, 3), mm
-        row : (m,), within 0 … n − 1
-
-        Returns
-        -------
-        point, chord : (m, 3), mm
-        """
+        """Compute the curve at fractional rows, (m, 3) mm, and how far the given chord is from there."""
         move, share = _places(row)
         before = np.maximum(move - 1, 0)
         straight = pivot[before] + share * (pivot[move] - pivot[before])
@@ -108,17 +91,10 @@ class Curve:
         return length
 
     def refined(self, pivot: Array, row: Array) -> tuple[Array, Curve]:
-        """Insert locations on the curve: the parts of a cubic are cubics, so it stays the same.
+        """Insert locations at fractional rows: the parts of a cubic are cubics, so the curve stays the same.
 
-        Parameters
-        ----------
-        pivot : (n, 3), mm
-        row : (m,), within 0 … n − 1, increasing; a part that spans given locations becomes a chord
-
-        Returns
-        -------
-        pivot : (m, 3), mm
-        curve : through them
+        A part that spans given locations becomes a chord. Returned are the pivots, (m, 3) mm, and their
+        curve.
         """
         point, chord = self.between(pivot, row)
         bows = np.zeros((len(row), 2, 3))
@@ -176,16 +152,9 @@ def _bows(pivot: Array, normal: Array, smooth: BoolArray) -> Array:
 
 
 def _osculating(unit: Array, length: Array, curved: BoolArray) -> tuple[Array, Array]:
-    """Find tangent and curvature of the circles through n locations and their neighbours.
+    """Find tangent, (n, 3), and curvature, (n,) 1/mm, of circles through n locations and their neighbours.
 
-    Parameters
-    ----------
-    unit, length, curved : (n − 1, 3), (n − 1,) mm, (n − 1,), of the moves
-
-    Returns
-    -------
-    tangent : (n, 3), unit vectors; zero where the curve doesn't go on smoothly
-    curvature : (n,), 1/mm; zero there
+    They are zero where the curve doesn't go on smoothly. Direction, length and kind are of the n − 1 moves.
     """
     before, after = length[:-1], length[1:]
     meets = curved[:-1] & curved[1:] & (_along(unit[:-1], unit[1:])[:, 0] >= math.cos(MOST_TURN))

@@ -215,10 +215,7 @@ class Cutter:
     def zone_for(self, low: float, high: float) -> Zone:
         """Find the zone that touches over a range of angles between tool axis and normal, rad.
 
-        Raises
-        ------
-        ToolError
-            The range spans several zones, or none touches there.
+        `ToolError` if the range spans several zones, or none touches there.
         """
         # The main zone comes first, as both zones match at a shared end.
         zones = [self.zones[self.main], *self.zones]
@@ -256,15 +253,7 @@ class Cutter:
     def tips(self, contact: Array, normal: Array, axis: Array) -> Array:
         """Compute the tip for contacts, (n, 3) mm, each with the zone that touches at its angle.
 
-        Parameters
-        ----------
-        contact : (n, 3), mm
-        normal, axis : (n, 3), unit vectors
-
-        Raises
-        ------
-        ToolError
-            As `zones_at`.
+        `ToolError` as `zones_at`.
         """
         radius, offset, height = self.zones_at(angle_between(axis, normal))
         across_axis = across(normal, axis)

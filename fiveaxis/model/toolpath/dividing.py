@@ -28,36 +28,16 @@ SMALL, OPPOSITE = 1e-6, 1e-9
 
 
 def divide(toolpath: Toolpath, parts: IntArray) -> Toolpath:
-    """Divide every move into equal parts, with locations as `through` inserts them.
-
-    Parameters
-    ----------
-    toolpath : n locations
-    parts : (n − 1,), at least 1, of the move from each location to the next
-
-    Returns
-    -------
-    1 + Σ parts locations, including the given ones
-    """
+    """Divide every move into equal parts, (n − 1,), at least 1, with locations as `through` inserts them."""
     return through(toolpath, divided_rows(parts))
 
 
 def through(toolpath: Toolpath, row: Array, along: Array | None = None) -> Toolpath:
-    """Sample a path at fractional rows: 3.25 lies between locations 3 and 4.
+    """Sample a path at fractional rows, (m,) increasing: 3.25 lies between locations 3 and 4.
 
     The pivot of an inserted location lies on the path's curve (`Toolpath.curve`), or on the straight line
-    between points `along`; its contact, normal and tool axis are unknown. Kind, feed and source are those of
-    the end of the divided move.
-
-    Parameters
-    ----------
-    toolpath : n locations
-    row : (m,), within 0 … n − 1, increasing
-    along : (n, 3), mm, workpiece frame: points of the tool axis to interpolate in place of the pivots
-
-    Returns
-    -------
-    m locations
+    between points `along`, (n, 3) mm, of the tool axis; its contact, normal and tool axis are unknown. Kind,
+    feed and source are those of the end of the divided move.
     """
     owner = np.ceil(row).astype(np.int64)
     path = toolpath.at(owner)
@@ -80,19 +60,11 @@ def through(toolpath: Toolpath, row: Array, along: Array | None = None) -> Toolp
 
 
 def refined(toolpath: Toolpath, row: Array) -> Toolpath:
-    """Insert full cutter locations between those of a path.
+    """Insert full cutter locations between those of a path, at fractional rows, its own among them.
 
     As `through`, but surface normals and programmed axes turn evenly from one given location to the next, so
     the tool touches in between with the same zone of its profile. The contact follows from pivot and normal.
-
-    Parameters
-    ----------
-    toolpath : n locations
-    row : (m,), within 0 … n − 1, increasing, including each of the n rows
-
-    Returns
-    -------
-    m locations; findings on an inserted one have the number of the next given location
+    Findings on an inserted location have the number of the next given one.
     """
     path = through(toolpath, row)
     cut = path.cutting[:, None]
@@ -106,16 +78,10 @@ def refined(toolpath: Toolpath, row: Array) -> Toolpath:
 
 
 def filled(toolpath: Toolpath, row: Array, axes: Array) -> Toolpath:
-    """Insert cutter locations that follow from those of a path and their tool axes.
+    """Insert cutter locations that follow from those of a path and their tool axes, (n, 3).
 
     As `through`, but with surface normals where `Band` tells them, and elsewhere with the point of the tool
     axis at the height of the touching arc in place of the pivot.
-
-    Parameters
-    ----------
-    toolpath : n locations
-    row : (m,), within 0 … n − 1, increasing, including each of the n rows
-    axes : (n, 3), unit vectors, of the tool at the n locations
     """
     path = through(toolpath, row)
     if not toolpath.zone.offset:
@@ -145,14 +111,7 @@ class Band:
 
     @classmethod
     def of(cls, toolpath: Toolpath, axes: Array, row: Array, axis: Array) -> Band:
-        """Compute the band at fractional rows.
-
-        Parameters
-        ----------
-        axes : (n, 3), unit vectors, of the tool at the n locations
-        row : (m,), within 0 … n − 1
-        axis : (m, 3), unit vectors, of the tool at `row`
-        """
+        """Compute the band at fractional rows, (m,), and tool axes there, (m, 3); `axes` are at locations."""
         if toolpath.curve is None:
             pivot, chord = interpolate(toolpath.pivot, row), np.zeros((len(row), 3))
         else:
@@ -262,11 +221,8 @@ def divided_rows(parts: IntArray) -> Array:
 def part_places(parts: IntArray) -> tuple[IntArray, Array]:
     """Return for each part its row, (m,), and the share of the row at which it begins, (m,), in [0, 1).
 
-    Raises
-    ------
-    ToolpathError
-        A row of more than `MOST_PARTS` parts, or more than `MOST_IN_ALL` beside one for every row: no machine
-        turns hundreds of times in one block.
+    `ToolpathError` for a row of more than `MOST_PARTS` parts, or more than `MOST_IN_ALL` beside one for every
+    row: no machine turns hundreds of times in one block.
     """
     total = int(parts.sum())
     if parts.max(initial=0) > MOST_PARTS or total > MOST_IN_ALL + len(parts):

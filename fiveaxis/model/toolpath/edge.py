@@ -53,16 +53,9 @@ class EdgeUse:
         spindle: float | None = None,
         within: tuple[float, float] | None = None,
     ) -> EdgeUse:
-        """Add up the cuts of programs.
+        """Add up the cuts of programs: path and tool axes, (n, 3) unit vectors, by name.
 
-        Parameters
-        ----------
-        programs : path and tool axes, (n, 3) unit vectors, by name; the zone is that of the first
-
-        Raises
-        ------
-        ToolpathError
-            A path without normals.
+        The zone is that of the first. `ToolpathError` for a path without normals.
         """
         edges = np.asarray(BIN * np.arange(round(math.pi / BIN) + 1), dtype=np.float64)
         found = {name: _lengths(path, axis, edges) for name, (path, axis) in programs.items()}
