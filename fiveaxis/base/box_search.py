@@ -40,14 +40,7 @@ def search_box(cost: Callable[[Array], float], start: Array, calls: int) -> None
 def follow_compass(cost: Callable[[Array], float], here: Array, least: float, calls: int) -> None:
     """Search on from a point of the unit box: a step along each side, halved where no step improves.
 
-    Parameters
-    ----------
-    cost, calls : as for `search_box`
-    here, least : the point, (d,), and its cost
-
-    References
-    ----------
-    Kolda, Lewis & Torczon (2003), SIAM Review 45(3), section 1.1.
+    Arguments and source are as for `search_box`, with the least cost so far.
     """
     step, seen = FIRST_STEP, {here.tobytes()}
     while step >= LAST_STEP:

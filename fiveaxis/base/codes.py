@@ -18,13 +18,9 @@ ERROR, WARNING, NOTE = Severity
 
 @dataclass(frozen=True)
 class Code:
-    """One code.
+    """One code: its severity at worst, and what was found.
 
-    Parameters
-    ----------
-    severity : at worst
-    meaning : what was found
-    overridable : of an error: whether a program may be written despite it, accepted by name
+    An error that is overridable may be accepted by name: a program may then be written despite it.
     """
 
     severity: Severity
@@ -268,10 +264,7 @@ OVERRIDABLE = tuple(name for name, code in CODES.items() if code.severity == ERR
 def require_codes(names: Iterable[str]) -> tuple[str, ...]:
     """Check codes to be accepted, and return each once, in order.
 
-    Raises
-    ------
-    SettingError
-        A code that doesn't exist, or isn't that of an error.
+    `SettingError` for a code that doesn't exist, or isn't that of an error.
     """
     given = tuple(dict.fromkeys(names))
     for name in given:

@@ -67,13 +67,7 @@ class Entry:
 
 
 def list_entries(model: type[BaseModel], above: str = "") -> list[Entry]:
-    """List the fields of a settings file, tables after the plain fields.
-
-    Parameters
-    ----------
-    model : of the file
-    above : key of the table that the fields belong to
-    """
+    """List the fields of a settings file's model, or of a table of it, tables after the plain fields."""
     every = [(_entry(name, field, model, above), field) for name, field in model.model_fields.items()]
     plain = [entry for entry, _ in every if not entry.is_table]
     tables = [

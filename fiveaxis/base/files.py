@@ -57,19 +57,10 @@ FORMULA = tuple("=+-@＝＋－＠")
 
 
 def require_file(path: str | Path, error: type[InputError]) -> os.stat_result:
-    """Raise unless a path is a regular file, without opening it.
+    """Raise unless a path, or what it links to, is a regular file, without opening it; return its state.
 
-    A pipe would be waited for without end, a device such as ``/dev/zero`` never ends, and opening one may
-    act on it.
-
-    Parameters
-    ----------
-    path : the file, or a link to it
-    error : class of the error raised
-
-    Returns
-    -------
-    Its size, times and inode.
+    A pipe would be waited for without end, a device such as ``/dev/zero`` never ends, and opening one may act
+    on it.
 
     Raises
     ------
@@ -98,13 +89,11 @@ def is_file(path: str | Path) -> bool:
 
 
 def read_input(path: str | Path, most: int, error: type[InputError], *, unpack: bool = False) -> bytes:
-    """Read a file of bounded size; every reader opens its input here.
+    """Read a file of bounded size, also when it is unpacked; every reader opens its input here.
 
     Parameters
     ----------
-    path : the file
     most : bytes, unpacked, the largest size allowed
-    error : class of the error raised
     unpack : decompress a file whose name ends in ``.gz``
 
     Raises
@@ -154,11 +143,7 @@ def kept_by_file(most: int) -> Callable[[Callable[P, T]], Callable[P, T]]:
     """Decorate the reader of a file, its first argument, so that a file which stays as it is is read once.
 
     One run asks for the same file in several stages: to check, to plan, to verify and to show. What is
-    returned is shared, so nobody may change it.
-
-    Parameters
-    ----------
-    most : files that are kept, the last ones
+    returned is shared, so nobody may change it. The last files are kept, `most` of them.
     """
 
     def decorate(read: Callable[P, T]) -> Callable[P, T]:
@@ -207,15 +192,7 @@ def _unreadable(path: str | Path, fault: OSError | ValueError, error: type[Input
 def require_suffix(path: str | Path, known: Collection[str], what: str) -> str:
     """Return the suffix of a file to be written, in lower case: it says the format.
 
-    Parameters
-    ----------
-    known : suffixes that are written
-    what : kind of the file, for the message
-
-    Raises
-    ------
-    SettingError
-        The suffix is another one.
+    `SettingError` if it is none of those that are known for `what`, the kind of the file.
     """
     suffix = Path(path).suffix.lower()
     if suffix not in known:
@@ -226,12 +203,7 @@ def require_suffix(path: str | Path, known: Collection[str], what: str) -> str:
 
 
 def require_new(path: Path, cure: str = "name another file, or move it") -> None:
-    """Raise `SettingError` for a file that exists.
-
-    Parameters
-    ----------
-    cure : what to do then
-    """
+    """Raise `SettingError` for a file that exists, with what to do then."""
     if os.path.lexists(path):  # not `Path.exists`, which raises for a name that is too long
         raise SettingError(f"exists already and isn't overwritten; {cure}", file=path)
 
@@ -309,16 +281,9 @@ def temporary_folder(parent: Path) -> Iterator[Path]:
 
 
 def require_folder(folder: Path) -> Path:
-    """Raise unless a folder for results can be made and written; called before the work.
+    """Raise `SettingError` unless a folder for results can be made and written; called before the work.
 
-    Returns
-    -------
-    The folder, or the nearest one above it that exists.
-
-    Raises
-    ------
-    SettingError
-        A file of that name, no permission.
+    Returned is the folder, or the nearest one above it that exists.
     """
     try:
         there = next(above for above in (folder, *folder.absolute().parents) if above.exists())
@@ -336,15 +301,8 @@ def require_folder(folder: Path) -> Path:
 def filled_folder(folder: Path, stale: Sequence[Path] = ()) -> Iterator[tuple[Path, list[Path]]]:
     """Give a temporary folder and a list for its files, which are moved into a folder in the end.
 
-    Parameters
-    ----------
-    folder : is made if it is missing
-    stale : files in it that are removed then, with the folders that this leaves empty
-
-    Raises
-    ------
-    SettingError
-        The folder can't be made or written.
+    The folder is made if it is missing. Stale files in it are removed then, with the folders that this leaves
+    empty. `SettingError` if it can't be made or written.
     """
     made: list[Path] = []
     try:

@@ -34,12 +34,9 @@ LONG = 2.0
 
 
 class Kept(Checkpoint):
-    """Steps kept in a folder, one file each, numbered as they are done.
+    """Steps kept in a folder, one file each, numbered as they are done; the folder is made with the first.
 
-    Parameters
-    ----------
-    folder : is made with the first file
-    before : begin of the numbers: those of the steps that several threads do together
+    The numbers of the steps that several threads do together begin with `before`.
     """
 
     def __init__(self, folder: Path, before: str = "") -> None:
@@ -86,13 +83,10 @@ def resumable(digest: str, folder: Path | None) -> Iterator[Checkpoint]:
 
     A job without a result, since it is infeasible or its program stays, leaves no new folder.
 
-    What another job, or another version, has left there isn't used, and is removed in the end, too,
-    unless it goes on writing.
+    What another job, or another version, has left there isn't used, and is removed in the end, too, unless it
+    goes on writing.
 
-    Parameters
-    ----------
-    digest : of the job, of `fiveaxis.job.digest_job`
-    folder : of the results; None to keep nothing
+    The digest is that of `fiveaxis.job.digest_job`; without a folder nothing is kept.
     """
     if folder is None:
         yield UNKEPT

@@ -62,10 +62,7 @@ class HasColumns(ABC):
     def to_frame(self) -> pandas.DataFrame:
         """Return the columns as a pandas frame; other libraries take `columns` itself.
 
-        Raises
-        ------
-        MissingDependency
-            pandas isn't installed.
+        `MissingDependency` if pandas isn't installed.
         """
         try:
             import pandas

@@ -142,10 +142,7 @@ class ProgressReport:
 class Meter:
     """Makes one share of the whole work, which never goes back, and one remaining time out of stages.
 
-    Parameters
-    ----------
-    tell : called with each report
-    clock : s
+    Each report goes to `tell`; the clock is in s.
     """
 
     def __init__(

@@ -57,13 +57,7 @@ Model = TypeVar("Model", bound=BaseModel)
 
 
 def read_settings(path: Path, model: type[Model], error: type[InputError]) -> Model:
-    """Read a TOML file into a model.
-
-    Parameters
-    ----------
-    path : the file
-    model : of its content
-    error : class of the errors raised
+    """Read a TOML file into a model of its content.
 
     Raises
     ------
@@ -82,11 +76,7 @@ def read_content(path: Path, *, error: type[InputError]) -> bytes:
 
 
 def read_document(path: Path, error: type[InputError]) -> tuple[str, dict[str, Any]]:
-    """Read a TOML file.
-
-    Returns
-    -------
-    Its text and its content.
+    """Read a TOML file: its text and its content.
 
     Raises
     ------
@@ -146,7 +136,7 @@ def validate_settings(
     Raises
     ------
     error
-        Unknown key (with the nearest known one), missing or wrong value; with the line of the first fault.
+        As `read_settings`, of values.
     """
     try:
         return model.model_validate(data)

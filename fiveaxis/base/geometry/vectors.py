@@ -71,62 +71,26 @@ def arcsin(sine: ArrayLike) -> NDArray[np.float64]:
 
 
 def normalise(vectors: Array) -> Array:
-    """Scale rows to unit length.
-
-    Parameters
-    ----------
-    vectors : (..., 3), any unit, no zero rows (readers check that, as they know the line)
-
-    Returns
-    -------
-    (..., 3), unit vectors
-    """
+    """Scale rows, (..., 3), none of them zero (readers check that, as they know the line), to unit length."""
     return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
 
 
 def angle_between(a: Array, b: Array) -> Array:
-    """Compute the angle between rows of unit vectors.
+    """Compute the angle between rows of unit vectors in one frame, (..., 3); (...), rad in [0, π].
 
     Uses ``atan2(|a×b|, a·b)``: the arc cosine loses half its digits near 0 and 180°.
-
-    Parameters
-    ----------
-    a, b : (..., 3), unit vectors in one frame
-
-    Returns
-    -------
-    (...), rad, in [0, π]
     """
     return arctan2(np.linalg.norm(cross(a, b), axis=-1), np.sum(a * b, axis=-1))
 
 
 def perpendicular(vectors: Array) -> Array:
-    """Return a unit vector perpendicular to each unit vector.
-
-    Parameters
-    ----------
-    vectors : (..., 3), unit vectors
-
-    Returns
-    -------
-    (..., 3), unit vectors
-    """
+    """Return a unit vector perpendicular to each unit vector, (..., 3)."""
     smallest = np.argmin(np.abs(vectors), axis=-1)
     return normalise(cross(vectors, np.eye(3)[smallest]))
 
 
 def rotation_matrix(direction: ArrayLike, angle: float) -> Array:
-    """Return the rotation about a direction through the origin (Rodrigues).
-
-    Parameters
-    ----------
-    direction : (3,), unit vector
-    angle : rad, right-handed
-
-    Returns
-    -------
-    (3, 3)
-    """
+    """Return the rotation, (3, 3), about a unit vector by an angle, rad, right-handed (Rodrigues)."""
     k = np.asarray(direction, dtype=float)
     cross = np.array([[0.0, -k[2], k[1]], [k[2], 0.0, -k[0]], [-k[1], k[0], 0.0]])
     return np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * product(cross, cross)
@@ -140,17 +104,9 @@ def translation(offset: ArrayLike) -> Array:
 
 
 def line_rotation(direction: ArrayLike, point: ArrayLike, angle: float) -> Array:
-    """Return the rotation about a line in space.
+    """Return the rotation, (4, 4) mm, about a line in space by an angle, rad, right-handed.
 
-    Parameters
-    ----------
-    direction : (3,), unit vector
-    point : (3,), mm, any point of the line
-    angle : rad, right-handed
-
-    Returns
-    -------
-    (4, 4)
+    The line has a unit vector, (3,), and a point, (3,) mm.
     """
     p = np.asarray(point, dtype=float)
     rotation = rotation_matrix(direction, angle)
@@ -170,16 +126,9 @@ def inverse_transform(transform: Array) -> Array:
 
 
 def frame_along(direction: ArrayLike, point: ArrayLike) -> Array:
-    """Return a frame at a point with its z along a direction: the smallest rotation from the upright frame.
+    """Return a frame, (4, 4) mm, at a point with its z along a unit vector, (3,) each.
 
-    Parameters
-    ----------
-    direction : (3,), unit vector
-    point : (3,), mm
-
-    Returns
-    -------
-    (4, 4), mm
+    It is the smallest rotation from the upright frame.
     """
     z = np.asarray(direction, dtype=float)
     across = np.cross([0.0, 0.0, 1.0], z)

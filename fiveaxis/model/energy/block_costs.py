@@ -65,7 +65,7 @@ class BlockCosts(StepTable):
         return bool((self.standing > ROUNDING * self.slope * self.step).any())
 
     def near(self, travel: Array, sharpness: float) -> tuple[Array, Array]:
-        """Compute prices of travel near a solution: what moves at a measured speed has all but paid.
+        """Compute prices of travel near a solution, (n, k) J/mm and J/rad: what moves has all but paid.
 
         At the solution itself, price times travel tends to what a block costs as the sharpness tends to 0; it
         is exact for an axis that is slower or faster than was measured.
@@ -74,10 +74,6 @@ class BlockCosts(StepTable):
         ----------
         travel : (n, k), mm and rad, absolute travel of the solution
         sharpness : share of the travel at the programmed feed at which half of the constant part is paid
-
-        Returns
-        -------
-        plus, minus : (n, k), J/mm and J/rad
 
         References
         ----------

@@ -236,18 +236,11 @@ def travel_costs(machine: Machine, feed: Array, rapid: BoolArray | None = None) 
 def lifting_costs(machine: Machine, price: float) -> tuple[Array, Array]:
     """Charge every linear axis for lifting what it carries, whether that is the tool or the workpiece.
 
-    An axis is charged by the vertical component of its direction (`Machine.vertical`), while its value moves
-    such that the carried mass rises: the value of a table's axis, tool relative to workpiece, falls then.
-    Directions are those with every axis at 0. Lowering isn't refunded, nor is what a rotary axis lifts
-    charged.
-
-    Parameters
-    ----------
-    price : J per mm of rise
-
-    Returns
-    -------
-    plus, minus : (k,), J/mm, while the axis value grows or falls
+    An axis is charged a price, J per mm of rise, by the vertical component of its direction
+    (`Machine.vertical`), while its value moves such that the carried mass rises: the value of a table's axis,
+    tool relative to workpiece, falls then. Directions are those with every axis at 0. Lowering isn't
+    refunded, nor is what a rotary axis lifts charged. Returned are (k,) J/mm while the axis value grows, and
+    while it falls.
     """
     # What is level but for rounding lifts nothing.
     lifts = np.array([round(machine.lifts.get(axis.letter, 0.0), DIGITS) for axis in machine.axes])
@@ -298,10 +291,7 @@ def _falling(axes: Sequence[Axis]) -> str:
 def require_drive(machine: Machine, axis: Axis) -> Drive:
     """Return an axis's drive, with the slowest measured speed that is assumed where it states none.
 
-    Raises
-    ------
-    MachineError
-        Its power isn't known (the message names all such axes), or its drive needs a mass that isn't known.
+    `MachineError` if its power isn't known (the message names all such axes), or the mass that it needs.
     """
     if axis.drive is None:
         missing = ", ".join(a.letter for a in machine.axes if a.drive is None)

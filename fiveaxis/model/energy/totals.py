@@ -26,13 +26,7 @@ TORQUE_STEP = np.radians(3.0)  # rad, turn over which gravity's torque on a tilt
 
 @dataclass(frozen=True)
 class KindEnergy:
-    """Cost of the moves of one kind.
-
-    Parameters
-    ----------
-    total, travel : ∫P dt and travel metric of all feed drives, J
-    time : s
-    """
+    """Cost of the moves of one kind: ∫P dt and travel metric of all feed drives, J, and the time, s."""
 
     total: float
     travel: float

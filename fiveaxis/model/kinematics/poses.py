@@ -95,20 +95,12 @@ def _rows(columns: Array) -> Array:
 
 
 def link_poses(machine: Machine, positions: Array) -> dict[str, Array]:
-    """Compute each link's displacement from its position at home (every axis 0), in the workpiece frame.
+    """Compute each link's displacement, (n, 4, 4) mm, from home (every axis 0), in the workpiece frame.
 
     Links and joints alternate from workpiece to tool, so the j-th link has moved by ``E_1 … E_j``: the link
     that carries the workpiece not at all, the bed by all table joints. In the workpiece frame a body is at
-    ``link_poses[body.link] @ machine.machine_frame @ body.shape.frame``.
-
-    Parameters
-    ----------
-    positions : (n, k), mm and rad, columns in the order of `machine.axes`
-
-    Returns
-    -------
-    Link -> (n, 4, 4), mm, workpiece frame; from the workpiece to the tool. Links are ``bed`` and the letter
-    of the axis that carries the link, the next one towards the bed. The last one times
+    ``link_poses[body.link] @ machine.machine_frame @ body.shape.frame``. Links, in this order, are ``bed``
+    and the letter of the axis that carries the link, the next one towards the bed. The last one times
     `machine.chain.tool_home` is the tool's frame.
     """
     values = np.asarray(positions, dtype=float)
@@ -138,18 +130,10 @@ def _motions(joint: Joint, values: Array) -> Array:
 
 
 def tip_slopes(machine: Machine, positions: Array) -> Array:
-    """Differentiate the tool tip with respect to the axis values.
+    """Differentiate the tool tip with respect to the axis values, (n, 3, k) mm per mm or rad.
 
-    A linear axis moves the tip along its direction, a rotary axis turns it about its line: ``∂r/∂q =
-    k × (r − p)``, with k and p in the workpiece frame.
-
-    Parameters
-    ----------
-    positions : (n, k), mm and rad, columns in the order of `machine.axes`
-
-    Returns
-    -------
-    (n, 3, k), mm per mm or rad, workpiece frame
+    In the workpiece frame a linear axis moves the tip along its direction, and a rotary axis turns it about
+    its line: ``∂r/∂q = k × (r − p)``.
     """
     values = np.asarray(positions, dtype=float)
     tip, _axis = tool_poses(machine, values)

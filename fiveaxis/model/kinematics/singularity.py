@@ -42,8 +42,7 @@ def hold_singular(rotary: Array, axis: Array, machine: Machine, cone: float = ON
 
     Parameters
     ----------
-    rotary : (..., n, 2), rad, chain order, rows in path order
-    axis : (..., n, 3), unit vectors, workpiece frame
+    rotary, axis : (..., n, 2) rad, chain order, and (..., n, 3), workpiece frame, rows in path order
     cone : rad, half angle. Holding turns the tool axis by at most twice its angle to the singular direction,
         which is negligible by default
 

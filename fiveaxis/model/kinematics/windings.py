@@ -24,18 +24,12 @@ def reachable_positions(machine: Machine, tip: Array, axis: Array) -> Array:
 
     Parameters
     ----------
-    tip : (n, 3), mm, workpiece frame
-    axis : (n, 3), unit vectors, workpiece frame
+    tip, axis : (n, 3) mm and unit vectors, workpiece frame
 
     Returns
     -------
     (m, n, k), mm and rad; an unlimited axis is in (−π, π]. NaN rows where there are fewer than m. Ordered by
-    branch, then by increasing turn.
-
-    Raises
-    ------
-    DegenerateChain
-        As `axis_positions`.
+    branch, then by increasing turn. `DegenerateChain` as `axis_positions`.
     """
     columns, repeated = machine.rotary_columns, []
     branches = axis_positions(machine, tip, axis)

@@ -85,10 +85,7 @@ class Machine(Posing, ShownAsTable):
     def from_code(cls, code: str) -> Machine:
         """Make a machine without limits or powers from its form-shaping code; its axes meet in zero.
 
-        Raises
-        ------
-        CodeError
-            The code isn't a form-shaping code.
+        `CodeError` if that isn't a form-shaping code.
         """
         if not isinstance(code, str):
             raise CodeError(str(code), "is a number; write the digits in quotes, leading zeros count")

@@ -61,10 +61,8 @@ def with_powers(machine: Machine, drives: str | None = None) -> Machine:
 
     Raises
     ------
-    MachineError
-        The other machine lacks an axis or its power.
-    UnknownMachine
-        There is no machine of that name.
+    MachineError, UnknownMachine
+        The other machine lacks an axis or its power; there is no machine of that name.
     """
     if drives is None:
         return with_estimates(machine)

@@ -51,12 +51,9 @@ class Provenance:
 
 @dataclass(frozen=True)
 class Size:
-    """What is known of a machine's size.
+    """What is known of a machine's size; None where unknown.
 
-    Parameters
-    ----------
-    kind : ``desktop``, ``machining-centre`` or ``portal``; None where unknown
-    mass : kg, of the whole machine; None where unknown
+    Its kind is ``desktop``, ``machining-centre`` or ``portal``; its mass, kg, that of the whole machine.
     """
 
     kind: str | None = None

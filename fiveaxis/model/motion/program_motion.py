@@ -163,13 +163,8 @@ def axis_lead(
     """Compute a straight lead, (k,) mm, from the first or last location off the part, within axis limits.
 
     It is zero if the path doesn't begin, or end, with a cut. With fixed rotary axes the linear axes are
-    linear in the tip, so a limit shortens the lead in proportion.
-
-    Parameters
-    ----------
-    direction : (3,), unit vector, workpiece frame, instead of the tool axis
-    length : mm
-    row : `FIRST` or `LAST`
+    linear in the tip, so a limit shortens the lead in proportion. It goes a length, mm, along a unit vector,
+    (3,) in the workpiece frame, or along the tool axis; `row` is `FIRST` or `LAST`.
     """
     location = motion.positions[row : row + 1 or None]
     if motion.kind[row] != MoveKind.CUT:

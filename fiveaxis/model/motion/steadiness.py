@@ -198,13 +198,8 @@ def peak_rates(machine: Machine, motion: Motion) -> dict[str, PeakRate]:
 def axis_uses(machine: Machine, motion: Motion, reached: Array | None = None) -> dict[str, dict[str, Any]]:
     """Measure how far each axis travels, and how near it comes to its limits, as plain data by letter.
 
-    Parameters
-    ----------
-    reached : (m, k), mm and rad, positions that the margin is of; by default those of the motion
-
-    Returns
-    -------
-    ``travel`` and ``margin`` in ``unit``, mm or deg; the margin is infinite for an axis without limits
+    That is ``travel`` and ``margin`` in ``unit``, mm or deg; the margin, infinite for an axis without limits,
+    is that of the positions reached, (m, k) mm and rad, by default those of the motion.
     """
     positions = motion.positions if reached is None else reached
     travel = np.abs(motion.moves).sum(axis=0)

@@ -81,12 +81,9 @@ class Zone:
         return contact + self.radius * normal
 
     def tip(self, pivot: Array, normal: Array, axis: Array) -> Array:
-        """Compute the tool tip: ``pivot − b·o + a·e``, (..., 3) mm.
+        """Compute the tool tip, (..., 3) mm, for the arc's centre: ``pivot − b·o + a·e``.
 
-        Parameters
-        ----------
-        pivot : (..., 3), mm, the arc's centre
-        normal, axis : (..., 3), unit vectors; where the normal is NaN the axis passes through the pivot
+        Where the normal is NaN the axis passes through the pivot.
         """
         aside = self.offset * across(normal, axis) if self.offset else 0.0
         return pivot - self.height * axis + aside

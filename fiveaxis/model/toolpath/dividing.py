@@ -183,13 +183,9 @@ def turned(direction: Array, row: Array) -> Array:
 
 
 def blended(first: Array, last: Array, share: Array) -> Array:
-    """Turn unit vectors, (m, 3), towards others by a share, (m,), of the angle between them.
+    """Turn unit vectors, (m, 3), towards others by a share, (m,), of the angle between them (Shoemake 1985).
 
     ``(sin((1 − s)θ) a + sin(sθ) b) / sin θ``; NaN between opposite ones.
-
-    References
-    ----------
-    Shoemake (1985), "Animating rotation with quaternion curves".
     """
     angle = angle_between(first, last)
     # By the sines of the parts of the angle, and by the parts where it is too small for that.

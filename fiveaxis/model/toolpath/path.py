@@ -181,9 +181,7 @@ class Toolpath(HasColumns, ShownAsTable):
 
         Parameters
         ----------
-        tip : (n, 3), mm, workpiece frame
-        axis : (n, 3), from tip to shank, any length but zero
-        tool : the cutter
+        tip, axis : (n, 3), mm, workpiece frame, and directions from tip to shank, any length but zero
         feed_mm_min : scalar or (n,)
         kind : (n,), `MoveKind` values; cuts by default
         source : (n,), line numbers; counted from 1 by default
@@ -191,7 +189,7 @@ class Toolpath(HasColumns, ShownAsTable):
         Raises
         ------
         ToolpathError
-            Wrong shapes, numbers that aren't finite, an axis of length zero.
+            As `from_contacts`, of the axis.
         """
         points = _rows(tip, "tip", name)
         lines = _lines(source, len(points))
@@ -364,16 +362,10 @@ class Toolpath(HasColumns, ShownAsTable):
         return pivot + offset * across(self.normal[rows], axis) if offset else pivot
 
     def touching_at(self, normal: Array) -> Toolpath:
-        """Return the path with surface normals; the programmed tips are kept.
+        """Return the path with unit normals out of the material, (n, 3), NaN where nothing is touched.
 
-        Parameters
-        ----------
-        normal : (n, 3), unit vectors out of the material; NaN where nothing is touched
-
-        Raises
-        ------
-        ToolError
-            The cutter has no single contact at some angle between axis and normal.
+        The programmed tips are kept. `ToolError` if the cutter has no single contact at some angle to the
+        normal.
         """
         tip = self.tips(self.axis)
         touching = np.isfinite(normal).all(axis=1)

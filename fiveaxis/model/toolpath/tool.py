@@ -89,12 +89,9 @@ class Holder:
 
 @dataclass(frozen=True, eq=False)
 class ToolPart:
-    """A part of a tool as a body of revolution.
+    """A part of a tool, `CUTTER`, `SHANK` or `HOLDER`, as a body of revolution.
 
-    Parameters
-    ----------
-    name : `CUTTER`, `SHANK` or `HOLDER`
-    outline : (m, 2), mm, from the bottom up: distance from the axis, height above the tip
+    The outline, (m, 2) mm from the bottom up, is distance from the axis and height above the tip.
     """
 
     name: str
@@ -296,12 +293,8 @@ def parse_tool(text: str) -> Tool:
 def tools_by_number(text: str) -> dict[str, str]:
     """Part ``3=ball:6,5=bull:10:2`` into the short form of each tool, by its number or name in a program.
 
-    A short form or a file without a number is that of every tool, under an empty one.
-
-    Raises
-    ------
-    ToolError
-        A part that isn't written so, or a number twice.
+    A short form or a file without a number is that of every tool, under an empty one. `ToolError` for a part
+    that isn't written so, or a number twice.
     """
     if "=" not in text:
         return {"": text}
