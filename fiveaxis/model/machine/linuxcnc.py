@@ -20,7 +20,13 @@ from fiveaxis.model.machine.tables import MachineFile
 
 NO_LIMIT = 1e99  # LinuxCNC's value for a missing limit
 UNITS = {"mm": "mm", "metric": "mm", "in": "inch", "inch": "inch", "imperial": "inch"}
-FIGURES = ("MIN_LIMIT", "MAX_LIMIT", "MAX_VELOCITY", "MAX_ACCELERATION")
+ENDS = {"MIN_LIMIT": "min", "MAX_LIMIT": "max"}
+# Key -> table of a machine file, and its unit per time.
+RATES = {
+    "MAX_VELOCITY": ("max_speed", "s"),
+    "MAX_ACCELERATION": ("max_acceleration", "s2"),
+    "MAX_JERK": ("max_jerk", "s3"),
+}
 DEGREES = ("deg", "degree", "1", "1.0")
 
 
@@ -160,7 +166,7 @@ def _machine_tables(source: Source) -> Table:
     note = "the module doesn't say which of X, Y and Z carry the table; the kinematics doesn't depend on it"
     letters = parse_code(kinematics.code).letters
     axes = {c: _axis_sections(source, c) for c in letters}
-    unfound = [e for sections in axes.values() for s in sections for e in ini.passed_over(s, *FIGURES)]
+    unfound = [e for sections in axes.values() for s in sections for e in ini.passed_over(s, *ENDS, *RATES)]
     lines = ", ".join(f"{e.name} of line {e.line}" for e in unfound)
     ignored = f"; not in force: {lines}, as {UNFOUND}" if unfound else ""
     structure = {"source": f"{_cite([source.named])} ({source.module})", "assumed": True, "note": note}
@@ -186,11 +192,7 @@ def _axis_table(source: Source, letter: str, sections: list[str]) -> Table:
     limits = _limits(source.ini, sections, flipped)
     if limits:
         table["limits"] = limits | {"unit": unit}
-    for key, figure, per in (
-        ("MAX_VELOCITY", "max_speed", "s"),
-        ("MAX_ACCELERATION", "max_acceleration", "s2"),
-        ("MAX_JERK", "max_jerk", "s3"),
-    ):
+    for key, (figure, per) in RATES.items():
         tightest = min(_rates(source.ini, sections, key), key=lambda found: found[0], default=None)
         if tightest is not None:
             value, entry = tightest
@@ -205,7 +207,7 @@ def _limits(ini: Configuration, sections: list[str], flipped: bool) -> Table:
     ends: dict[str, tuple[float, Entry]] = {}
     for section in sections:
         found = {}
-        for key, end in (("MIN_LIMIT", "min"), ("MAX_LIMIT", "max")):
+        for key, end in ENDS.items():
             entry = ini.find(section, key)
             if entry is not None and abs(value := entry.number()) < NO_LIMIT:
                 found[end] = (value, entry)

@@ -205,6 +205,12 @@ def test_an_axis_has_the_figures_that_the_control_finds(tmp_path):
     assert "[AXIS_Z] MIN_LIMIT of line 18" in machine.description
 
 
+def test_a_jerk_that_the_control_does_not_find_is_named_too(tmp_path):
+    machine = read(tmp_path, HEAD + "[AXIS_X]\nmax_jerk = 900\n")
+    assert machine.axis("X").max_jerk is None
+    assert "not in force: [AXIS_X] max_jerk of line 7" in machine.description
+
+
 @pytest.mark.skipif(shutil.which("inivar") is None, reason="inivar isn't installed (linuxcnc-uspace)")
 @pytest.mark.parametrize("section", ["AXIS_X", "axis_x", "AXIS_Y", "AXIS_Z", "JOINT_0"])
 @pytest.mark.parametrize("key", ["MIN_LIMIT", "min_limit", "MAX_LIMIT", "MAX_VELOCITY", "MIN"])
