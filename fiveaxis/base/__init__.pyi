@@ -81,7 +81,6 @@ from .geometry.vectors import cross as cross
 from .geometry.vectors import every_pair as every_pair
 from .geometry.vectors import frame_along as frame_along
 from .geometry.vectors import inverse_transform as inverse_transform
-from .geometry.vectors import line_rotation as line_rotation
 from .geometry.vectors import normalise as normalise
 from .geometry.vectors import perpendicular as perpendicular
 from .geometry.vectors import product as product

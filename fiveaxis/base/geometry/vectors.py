@@ -103,19 +103,6 @@ def translation(offset: ArrayLike) -> Array:
     return transform
 
 
-def line_rotation(direction: ArrayLike, point: ArrayLike, angle: float) -> Array:
-    """Return the rotation, (4, 4) mm, about a line in space by an angle, rad, right-handed.
-
-    The line has a unit vector, (3,), and a point, (3,) mm.
-    """
-    p = np.asarray(point, dtype=float)
-    rotation = rotation_matrix(direction, angle)
-    transform = np.eye(4)
-    transform[:3, :3] = rotation
-    transform[:3, 3] = p - product(rotation, p)
-    return transform
-
-
 def inverse_transform(transform: Array) -> Array:
     """Invert rigid transforms, (..., 4, 4) mm, without the rounding of a general inverse."""
     inverse = np.zeros(transform.shape)

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from fiveaxis.base import Array, DegenerateChain, MachineError, product, rotation_matrix
-from fiveaxis.model.machine.chain import Joint, why_not_positioning
+from fiveaxis.base import Array, DegenerateChain, MachineError, product
+from fiveaxis.model.machine.chain import why_not_positioning
 from fiveaxis.model.machine.model import Machine
 
 
@@ -108,25 +108,9 @@ def link_poses(machine: Machine, positions: Array) -> dict[str, Array]:
     links = machine.code.links
     poses = {links[0]: pose}
     for link, joint in zip(links[1:], machine.chain.joints, strict=True):
-        pose = product(pose, _motions(joint, values[:, machine.column(joint.letter)]))
+        pose = product(pose, joint.motions(values[:, machine.column(joint.letter)]))
         poses[link] = pose
     return poses
-
-
-def _motions(joint: Joint, values: Array) -> Array:
-    """Return a joint's factors ``E(value)``, (n, 4, 4) mm, for (n,) values in mm or rad."""
-    direction, point = np.array(joint.line.direction), np.array(joint.line.point)
-    motions = np.broadcast_to(np.eye(4), (len(values), 4, 4)).copy()
-    if not joint.is_rotary:
-        motions[:, :3, 3] = np.outer(values, direction)
-        return motions
-    # Rodrigues: a quarter turn is K + kk', half a turn 2kk' − I.
-    along = np.outer(direction, direction)
-    cross = rotation_matrix(direction, np.pi / 2.0) - along
-    cosine, sine = np.cos(values)[:, None, None], np.sin(values)[:, None, None]
-    motions[:, :3, :3] = along + cosine * (np.eye(3) - along) + sine * cross
-    motions[:, :3, 3] = point - product(motions[:, :3, :3], point)
-    return motions
 
 
 def tip_slopes(machine: Machine, positions: Array) -> Array:

@@ -12,7 +12,6 @@ from fiveaxis.base import (
     Array,
     MachineError,
     inverse_transform,
-    line_rotation,
     normalise,
     product,
     rotation_matrix,
@@ -110,11 +109,20 @@ class Joint:
         """Whether the joint turns."""
         return self.letter in "ABC"
 
-    def motion(self, value: float) -> Array:
-        """Compute the factor ``E(value)``, (4, 4) mm, for a value in mm or rad."""
-        if self.is_rotary:
-            return line_rotation(self.line.direction, self.line.point, value)
-        return translation(np.array(self.line.direction) * value)
+    def motions(self, values: Array) -> Array:
+        """Compute the factors ``E(value)``, (n, 4, 4) mm, for (n,) values in mm or rad."""
+        direction, point = np.array(self.line.direction), np.array(self.line.point)
+        motions = np.broadcast_to(np.eye(4), (len(values), 4, 4)).copy()
+        if not self.is_rotary:
+            motions[:, :3, 3] = np.outer(values, direction)
+            return motions
+        # Rodrigues: a quarter turn is K + kk', half a turn 2kk' − I.
+        along = np.outer(direction, direction)
+        cross = rotation_matrix(direction, np.pi / 2.0) - along
+        cosine, sine = np.cos(values)[:, None, None], np.sin(values)[:, None, None]
+        motions[:, :3, :3] = along + cosine * (np.eye(3) - along) + sine * cross
+        motions[:, :3, 3] = point - product(motions[:, :3, :3], point)
+        return motions
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,7 +188,7 @@ class Chain:
         The part of the chain between the held axis and the tool moves rigidly with it.
         """
         index = next(i for i, j in enumerate(self.joints) if j.letter == letter)
-        held = self.joints[index].motion(value)
+        held = self.joints[index].motions(np.array([value]))[0]
         behind = tuple(replace(j, line=j.line.moved(held)) for j in self.joints[index + 1 :])
         return Chain(self.joints[:index] + behind, product(held, self.tool_home))
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fiveaxis.base import arccos, arcsin, arctan2, inverse_transform, line_rotation, product
+from fiveaxis.base import arccos, arcsin, arctan2, frame_along, inverse_transform, product
 from fiveaxis.base.geometry.angles import sine
 
 ROUNDING = 1e-14
@@ -55,7 +55,7 @@ def test_angles_broadcast_and_say_which_side_of_the_cut_they_are_on():
 
 
 def test_transforms_in_a_stack_are_inverted_one_by_one():
-    moved = [line_rotation((0.0, 0.6, 0.8), (1.0, 2.0, 3.0), angle) for angle in (0.3, 2.0)]
+    moved = [frame_along(z, (1.0, 2.0, 3.0)) for z in ((0.0, 0.6, 0.8), (-0.6, 0.64, -0.48))]
     inverse = inverse_transform(np.array(moved))
     np.testing.assert_allclose(product(inverse, moved), np.broadcast_to(np.eye(4), (2, 4, 4)), atol=ROUNDING)
     np.testing.assert_array_equal(inverse[1], inverse_transform(moved[1]))
