@@ -14,8 +14,7 @@ from fiveaxis.base import Array, BoolArray
 from fiveaxis.model.kinematics.poses import tool_poses
 from fiveaxis.model.machine.model import Machine
 from fiveaxis.model.motion.motion import Motion
-from fiveaxis.model.motion.timing import STANDSTILL
-from fiveaxis.model.toolpath.operation import MoveKind
+from fiveaxis.model.motion.timing import STANDSTILL, axis_times
 from fiveaxis.model.toolpath.tool import Tool
 
 # A block in which an axis comes this near its highest speed counts as stretched: its words are rounded.
@@ -54,12 +53,12 @@ def path_feed(
     turn = np.degrees(np.abs(motion.moves[:, machine.rotary_columns]).max(axis=1, initial=0.0))
     moved = (np.abs(motion.moves) > STANDSTILL).any(axis=1)
     travels = length > max(STANDSTILL, rounding)
-    known = moved & (travels | (turn > 0.0)) & (motion.time > 0.0) & ~_stretched(machine, motion)
-    known &= motion.kind != MoveKind.RAPID
+    stretched = axis_times(machine, motion.moves) >= motion.time * (1.0 - NEAR_HIGHEST)
+    known = moved & (travels | (turn > 0.0)) & (motion.time > 0.0) & ~stretched & ~motion.rapid
     with np.errstate(divide="ignore", invalid="ignore"):
         feed = np.where(travels, length, turn) / motion.time
     feed = np.where(known, feed, motion.feed)
-    wanting = ~known & (motion.kind != MoveKind.RAPID)
+    wanting = ~known & ~motion.rapid
     rows = np.flatnonzero(known)
     if len(rows):
         before = np.searchsorted(rows, np.flatnonzero(wanting), side="right") - 1
@@ -72,13 +71,3 @@ def path_lengths(machine: Machine, motion: Motion, height: float) -> Array:
     tip, axis = tool_poses(machine, motion.positions)
     centre = tip + height * axis
     return np.asarray(np.linalg.norm(np.diff(centre, axis=0, prepend=centre[:1]), axis=1))
-
-
-def _stretched(machine: Machine, motion: Motion) -> BoolArray:
-    """Find moves in which an axis runs at its highest speed, (n,)."""
-    at_most = np.zeros(len(motion), dtype=bool)
-    for column, axis in enumerate(machine.axes):
-        if axis.max_speed is not None:
-            travel = np.abs(motion.moves[:, column])
-            at_most |= travel >= axis.max_speed * motion.time * (1.0 - NEAR_HIGHEST)
-    return at_most & (motion.time > 0.0)
