@@ -119,8 +119,7 @@ def _slope(first: Array, second: Array, s: Array | float) -> Array:
 
 def _places(row: Array) -> tuple[IntArray, Array]:
     """Return the move that fractional rows, (m,), lie in, by the row where it ends, and its share, (m, 1)."""
-    move = np.maximum(np.ceil(row).astype(np.int64), 1) if len(row) else np.zeros(0, dtype=np.int64)
-    move = np.where(row <= 0.0, 0, move)
+    move = np.maximum(np.ceil(row), 0.0).astype(np.int64)
     return move, np.where(move > 0, row - move + 1.0, 1.0)[:, None]
 
 

@@ -243,11 +243,11 @@ def longest_spans(count: int, fits: Fits) -> IntArray:
 
     Each span is as long as possible from its start, and no two neighbouring spans could be one.
     """
-    pair, section = _next_pair(count, fits), SECTION
-    kept = _spans_within(count, fits, pair, section)
+    section = SECTION
+    kept = _spans_within(count, fits, section)
     while section < count and LONGER * count > section * (len(kept) - 1):
         section *= LONGER
-        kept = _spans_within(count, fits, pair, section)
+        kept = _spans_within(count, fits, section)
     while True:
         before = len(kept)
         for parity in (0, 1):
@@ -258,15 +258,7 @@ def longest_spans(count: int, fits: Fits) -> IntArray:
             return kept
 
 
-def _next_pair(end: int, fits: Fits) -> IntArray:
-    """Find the first row from each one on at which two steps can be one, (end + 1,); else the last row."""
-    first = np.arange(max(end - 1, 0))
-    rows = np.full(end + 1, end)
-    rows[first] = np.where(fits(first, first + 2), first, end)
-    return np.asarray(np.minimum.accumulate(rows[::-1])[::-1])
-
-
-def _spans_within(end: int, fits: Fits, pair: IntArray, section: int) -> IntArray:
+def _spans_within(end: int, fits: Fits, section: int) -> IntArray:
     """Find the spans in all sections in parallel."""
     at = np.arange(0, max(end, 1), section)
     stops = np.minimum(at + section, end)
@@ -274,23 +266,9 @@ def _spans_within(end: int, fits: Fits, pair: IntArray, section: int) -> IntArra
     kept[at] = kept[end] = True
     while (going := at < stops).any():
         at, stops = at[going], stops[going]
-        # Rows before the next pair that can be one stay one after the other.
-        begins = np.minimum(pair[at], stops)
-        kept |= _between_rows(at, begins, end + 1)
-        kept[begins] = True
-        going = begins < stops
-        at, stops = begins[going], stops[going]
         at = _farthest(fits, at, stops)
         kept[at] = True
     return np.flatnonzero(kept)
-
-
-def _between_rows(first: IntArray, last: IntArray, count: int) -> BoolArray:
-    """Mark the rows of ranges that don't overlap, (count,), without their last rows."""
-    edges = np.zeros(count + 1, dtype=np.int64)
-    np.add.at(edges, first, 1)
-    np.add.at(edges, last, -1)
-    return np.asarray(np.cumsum(edges[:-1]) > 0)
 
 
 def _farthest(fits: Fits, at: IntArray, stops: IntArray) -> IntArray:
