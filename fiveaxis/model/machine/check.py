@@ -91,7 +91,7 @@ def check_text(text: str, path: Path) -> tuple[Finding, ...]:
 
 
 def _sort(findings: Iterable[Finding]) -> tuple[Finding, ...]:
-    return tuple(sorted(findings, key=lambda f: list(Severity).index(f.severity)))
+    return tuple(sorted(findings, key=lambda f: f.severity.rank))
 
 
 def _check_document(data: dict[str, Any], folder: Path) -> list[Located]:

@@ -85,10 +85,8 @@ def blend_speeds(first: Record, second: Record, tolerance: float, share: float) 
     fast_second = min(math.sqrt(acceleration_second * second.length * share), top_speed(second))
     within = min(first.length / fast_first, second.length / fast_second)
     time = min(within, max(fast_first / acceleration_first, fast_second / acceleration_second))
-    speed_first, speed_second = (
-        min(fast_first, time * acceleration_first),
-        min(fast_second, time * acceleration_second),
-    )
+    speed_first = min(fast_first, time * acceleration_first)
+    speed_second = min(fast_second, time * acceleration_second)
     angle = half_angle(first, second)
     if tolerance > 0.0 and math.cos(angle) > math.cos(0.5 * math.pi - NEARLY_STRAIGHT):
         held = 2.0 * math.sqrt(acceleration_first * tolerance / math.cos(angle))
@@ -150,12 +148,8 @@ def fit_arc(
     if radius * turn < LEAST_ARC:
         return -1.0, 0.0
     taken = radius / math.tan(angle)
-    blend.block, blend.length, blend.feed, blend.acceleration = (
-        second.block,
-        radius * turn,
-        wanted,
-        most_acceleration,
-    )
+    blend.block, blend.length = second.block, radius * turn
+    blend.feed, blend.acceleration = wanted, most_acceleration
     blend.most = min(speed, blend.length / cycle)
     blend.turns = blend.rapid = blend.overlapped = False
     blend.arc, blend.join, blend.kink = True, TANGENT, np.inf

@@ -100,14 +100,11 @@ class TimeLaw:
         -------
         q, qd, qdd : (s, k), mm and rad, per s, per s²
         """
-        found = self.phases.at(np.atleast_1d(np.asarray(time, dtype=float)))
-        station, path_speed, path_acceleration, _ = found
+        times = np.atleast_1d(np.asarray(time, dtype=float))
+        station, path_speed, path_acceleration, _ = self.phases.at(times)
         position, slope, bend = self.path.at(station)
-        speed, acceleration = (
-            path_speed[:, None] * slope,
-            path_acceleration[:, None] * slope + (path_speed**2)[:, None] * bend,
-        )
-        return position, speed, acceleration
+        acceleration = path_acceleration[:, None] * slope + (path_speed**2)[:, None] * bend
+        return position, path_speed[:, None] * slope, acceleration
 
     def jerk(self, time: Array) -> Array:
         """Compute the axes' jerk at times, (s, k), mm and rad per s³; 0 where none limits the motion."""

@@ -148,15 +148,7 @@ class Constraints:
     @property
     def of_lean(self) -> Constraints:
         """The bounds on the tool's lean only."""
-        return Constraints(
-            self.tilt,
-            self.cone,
-            self.lead,
-            self.lean,
-            self.plane,
-            least_cutting_speed=self.least_cutting_speed,
-            spindle_speed=self.spindle_speed,
-        )
+        return replace(self, hold={}, max_turn=None, turn_rate=None, singular_cone=None, singular_rate=0.0)
 
     def lean_bounds(self, toolpath: Toolpath) -> TiltBounds:
         """Return the bounds on the tool's lean along a path; they all hold at once.
