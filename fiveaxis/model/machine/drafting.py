@@ -204,10 +204,15 @@ def _settle_sense(table: Table, letter: str, answers: Answers, base: Machine | N
         return
     if counts is None:
         limits |= {"assumed": True, "note": UNSURE.format(axis=letter)} if stated else {}
-    elif table["reversed"] and "min" in limits:
-        low, high = limits["min"], limits["max"]
-        note = f"{answers.get(('limits', letter), f'{low:g}:{high:g}')} in the control's own sign"
-        limits |= {"min": 0 - high, "max": 0 - low, "note": note}
+    elif table["reversed"] and not {"min", "max"}.isdisjoint(limits):
+        low, high = limits.get("min"), limits.get("max")
+        own = ":".join("" if end is None else f"{end:g}" for end in (low, high))
+        limits["note"] = f"{answers.get(('limits', letter), own)} in the control's own sign"
+        for end, opposite in (("min", high), ("max", low)):
+            if opposite is not None:
+                limits[end] = 0 - opposite
+            else:
+                limits.pop(end, None)
 
 
 def _require_asked(answers: Answers, letters: str) -> None:

@@ -18,6 +18,20 @@ ASSUMED = {"B.points": "0,0,50", "B.counts": "table", "C.counts": "tool"}
 PROGRAM = "G21 G90 G94 G54\nG0 X0 Y0 Z50 B0 C0\nG1 Z10 F500\nX5 {turn}\nX10 {turn}\nM30\n"
 
 
+HALF_OPEN = """name = "half-open"
+code = "640123"
+structure = { source = "a data sheet" }
+
+[axes.A]
+reversed = "unknown"
+limits = { max = 30, unit = "deg", source = "a data sheet" }
+
+[axes.C]
+reversed = "unknown"
+limits = { min = -10, unit = "deg", source = "a data sheet" }
+"""
+
+
 def test_the_library_states_all_pivots_but_those_of_three_machines():
     unknown = {name: [f.text for f in unknown_figures(load_machine(name))] for name in machine_names()}
     lacking = {name: texts for name, texts in unknown.items() if texts}
@@ -165,3 +179,13 @@ def test_what_a_table_carries_needs_no_gauge_point(tmp_path):
 def test_a_file_drafted_for_a_fork_says_that_its_zero_is_the_gauge_point():
     made = draft_machine({("structure", ""): "head-head-ac", ("points", "A"): "0,0,451"}).machine
     assert "spindle" not in [f.name for f in unknown_figures(made)]
+
+
+def test_a_range_with_one_end_is_turned_round_where_the_table_counts(tmp_path):
+    path = tmp_path / "half-open.toml"
+    path.write_text(HALF_OPEN)
+    machine = load_machine(path, {"A.counts": "table", "C.counts": "table"})
+    assert [machine.axis(c).limits.ends for c in "AC"] == [
+        (pytest.approx(np.radians(-30.0)), None),
+        (None, pytest.approx(np.radians(10.0))),
+    ]
