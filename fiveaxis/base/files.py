@@ -123,10 +123,7 @@ def read_input(path: str | Path, most: int, error: type[InputError], *, unpack: 
 def hash_input(path: str | Path, error: type[InputError]) -> str:
     """Compute the SHA-256 of a file, hexadecimal; of one that was read and hasn't changed, of what was read.
 
-    Raises
-    ------
-    error
-        No regular file (`require_file`), no permission.
+    It raises an `error` as `require_file`, and without permission.
     """
     state = _state(path, require_file(path, error))
     if state in _HASHES and _is_settled(state):
@@ -209,7 +206,7 @@ def require_new(path: Path, cure: str = "name another file, or move it") -> None
 
 
 def write_atomically(path: str | Path, content: str | bytes) -> Path:
-    r"""Write a file whole or not at all.
+    r"""Write a file whole or not at all, and return its path.
 
     The content is written under a temporary name in the same folder and then renamed in one step
     (`Path.replace`): a reader, or a control that loads programs over the network, sees the old file or the
@@ -219,10 +216,6 @@ def write_atomically(path: str | Path, content: str | bytes) -> Path:
     ----------
     path : the file; an existing one is replaced, and for a link the file that it leads to
     content : text is written as UTF-8 with its own line ends (``\n``), on every platform
-
-    Returns
-    -------
-    `path`
 
     Raises
     ------

@@ -88,22 +88,15 @@ class BlockCosts(StepTable):
 
 
 def block_costs(machine: Machine, feed: Array, rapid: BoolArray | None = None, *, time: Array) -> BlockCosts:
-    """Compute what blocks cost each drive.
+    """Compute what blocks cost each drive; `MachineError` where the power of an axis isn't known.
 
     A rapid move has no feed, and its duration depends on the posture, so its whole cost is in proportion to
     travel, as in `travel_costs`.
 
     Parameters
     ----------
-    machine : every axis with a drive
-    feed : (n,), mm/s, programmed
+    feed, time : (n,), mm/s, programmed, and s of each block at that feed
     rapid : (n,), which blocks are rapid moves; none by default
-    time : (n,), s, of each block at the programmed feed
-
-    Raises
-    ------
-    MachineError
-        The power of an axis isn't known.
 
     References
     ----------

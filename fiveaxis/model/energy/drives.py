@@ -150,18 +150,13 @@ def axis_powers(
     accelerations: Array | None = None,
     feed_force: Array | None = None,
 ) -> Array:
-    """Compute the electrical power of every feed drive, (n, k) W.
+    """Compute the electrical power of every feed drive, (n, k) W; `MachineError` where one isn't known.
 
     Parameters
     ----------
     positions : (n, k), mm and rad; gravity's torques depend on them
     speeds, accelerations : (n, k), mm/s and rad/s, and per s²; no accelerations by default
     feed_force : (n,), N, of the cut against the tool's motion; none by default
-
-    Raises
-    ------
-    MachineError
-        The power of an axis isn't known.
     """
     drives, forces, weights = _loads(machine, positions)
     powers, cutting = np.empty_like(speeds), np.zeros_like(speeds)
@@ -201,15 +196,13 @@ def travel_costs(machine: Machine, feed: Array, rapid: BoolArray | None = None) 
     ``W = 60·P/v`` with P in W and v in mm/min or deg/min (form-shaping Eq. 1): the cost of a steady move of
     that axis alone. For a rotary axis the programmed number is in deg/min, as in the equation, even if its
     power doesn't depend on its speed. A rapid move has no feed: every axis is charged at its `rapid_speeds`.
-    Outside the measured speeds W stays what it is at the nearest of them (`drive_power`).
-    For friction drives the metric omits acceleration and the power at standstill, and takes gravity's torque
-    with every axis at 0; every total (`Energy`) states how far it is from the power integral.
+    Outside the measured speeds W stays what it is at the nearest of them (`drive_power`). For friction drives
+    the metric omits acceleration and the power at standstill, and takes gravity's torque with every axis at
+    0; every total (`Energy`) states how far it is from the power integral.
 
     Parameters
     ----------
-    machine : every axis with a drive
-    feed : (n,), mm/s
-    rapid : (n,), which moves are rapid; none by default
+    feed, rapid : (n,), mm/s, and which moves are rapid; none by default
 
     Returns
     -------

@@ -34,7 +34,6 @@ def path_feed(
 
     Parameters
     ----------
-    machine : whose axes move
     motion : axis values and times; feeds of rapid moves stay as they are
     tool : its centre follows the path (of a ball end; otherwise the point of its axis at the height of the
         cutting arc); without a tool, its tip does
@@ -44,10 +43,6 @@ def path_feed(
     -------
     feed : (n,), mm/s, or deg/s of a turn on the spot
     taken_over : (n,), moving rows that take the feed of another cut
-
-    References
-    ----------
-    Hayashi et al. (2018), Eq. (1), for the metric that uses it.
     """
     length = path_lengths(machine, motion, 0.0 if tool is None else tool.zone.height)
     turn = np.degrees(np.abs(motion.moves[:, machine.rotary_columns]).max(axis=1, initial=0.0))

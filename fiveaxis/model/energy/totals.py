@@ -165,12 +165,10 @@ class Energy(ShownAsTable, HasColumns):
 
 
 def energy_draws(machine: Machine) -> Array | None:
-    """Draw machines whose drives lie within the bands of the estimated ones.
+    """Draw machines whose drives lie within the bands of the estimated ones; None where none is estimated.
 
-    Returns
-    -------
-    (d, k), true power over estimated power of each drive, log-uniform in its band and 1 for a known drive;
-    the same every time. None where no drive is estimated.
+    They are (d, k), true power over estimated power of each drive, log-uniform in its band and 1 for a known
+    drive; the same every time.
     """
     if not machine.bands:
         return None
@@ -191,8 +189,6 @@ def motion_energy(
 
     Parameters
     ----------
-    machine : every axis with a drive
-    motion : axis values and times
     integral : (n, k), J, ∫P dt by move and axis from a time law (`law_energies`); from mean speeds by default
     rounding : mm, travel of a linear axis up to which it counts as standing where starts are counted
     feed_force : N, of the cut against the feed in cutting moves; not part of the travel metric

@@ -14,9 +14,7 @@ from fiveaxis.model.machine.model import Machine
 def tool_poses(machine: Machine, positions: Array) -> tuple[Array, Array]:
     """Compute tool tip and tool axis in the workpiece frame for given axis values, as `Machine.forward`.
 
-    References
-    ----------
-    Hayashi et al. (2018), Eqs. (2) and (3).
+    They are those of Hayashi et al. (2018), Eqs. (2) and (3).
     """
     rows = np.asarray(positions, dtype=float)
     if rows.shape[-1:] != (len(machine.letters),):
@@ -39,7 +37,7 @@ def linear_positions(machine: Machine, tip: Array, rotary: Array) -> Array:
     """Solve the linear axes for given rotary angles.
 
     The rotary angles fix the tool's orientation; the remaining three equations are linear in the linear axes
-    (form-shaping Eq. 5, with the chain's offsets).
+    (Hayashi et al. 2018, Eqs. 2-5, with the chain's offsets).
 
     Parameters
     ----------
@@ -55,10 +53,6 @@ def linear_positions(machine: Machine, tip: Array, rotary: Array) -> Array:
     ------
     DegenerateChain
         The three linear directions don't span space in any posture.
-
-    References
-    ----------
-    Hayashi et al. (2018), Eqs. (2)-(5).
     """
     require_positioning(machine)
     tip, rotary = np.asarray(tip, dtype=float), np.asarray(rotary, dtype=float)

@@ -139,17 +139,15 @@ class Band:
 
 
 def knots(toolpath: Toolpath, apart: float, tilted: float, most: int) -> IntArray:
-    """Select locations between which the path is nearly straight and its directions turn evenly.
+    """Select locations, (m,), between which the path is nearly straight and its directions turn evenly.
+
+    Both ends of the path and of every link, and each change of feed are among them.
 
     Parameters
     ----------
     apart : mm, of a location that is left out from the chord between those beside it
     tilted : of its normal and its tool axis from what lies between theirs there, ends of unit vectors
     most : moves from one to the next
-
-    Returns
-    -------
-    (m,), rows, both ends of the path and of every link, and each change of feed among them
     """
     run, single = np.cumsum(toolpath.lengths), ~toolpath.cutting
     single[:-1] |= single[1:] | (np.diff(toolpath.feed) != 0.0)
