@@ -58,15 +58,10 @@ class TriangleTree:
     @classmethod
     def build(cls, triangles: Array) -> TriangleTree:
         """Sort triangles, (f, 3, 3) mm, into a tree by halving each node along its longest extent."""
-        from fiveaxis.cam.mesh import kernels
-
         leaves = 1
         while leaves * LEAF < len(triangles):
             leaves *= 2
-        order = np.resize(np.arange(len(triangles)), leaves * LEAF)
-        order.sort()
-        kernels.sort_into_leaves(order, triangles.mean(axis=1), LEAF)
-        order.reshape(-1, LEAF).sort(axis=1)
+        order = _in_leaves(triangles.mean(axis=1), leaves)
         ordered = np.ascontiguousarray(triangles[order])
         return cls(ordered, _boxes(ordered, leaves), order)
 
@@ -102,6 +97,20 @@ class TriangleTree:
         from fiveaxis.cam.mesh import kernels
 
         return kernels.reach(start, end, self.triangles, self.boxes, limit, finest)
+
+
+def _in_leaves(centres: Array, leaves: int) -> IntArray:
+    """Halve nodes down to leaves: rows of centres, (f, 3) mm, some of them twice to fill all leaves."""
+    rows = np.sort(np.resize(np.arange(len(centres)), leaves * LEAF))
+    places = centres[rows]
+    # Ranks, unlike coordinates, are never equal, so that halves are the same on every processor.
+    ranks = np.argsort(np.argsort(places, axis=0, kind="stable"), axis=0)
+    nodes = np.arange(len(rows))[None]
+    while len(nodes) < leaves:
+        longest = np.ptp(places[nodes], axis=1).argmax(axis=1)
+        halves = np.argpartition(ranks[nodes, longest[:, None]], nodes.shape[1] // 2, axis=1)
+        nodes = np.take_along_axis(nodes, halves, axis=1).reshape(2 * len(nodes), -1)
+    return rows[np.sort(nodes, axis=1)].ravel()
 
 
 def _boxes(triangles: Array, leaves: int) -> Array:

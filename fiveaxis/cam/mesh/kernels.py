@@ -65,14 +65,12 @@ def shares_on(p: Array, triangle: Array) -> tuple[float, float, float]:
     """
     u, v, w = offset(triangle[0], triangle[1]), offset(triangle[0], triangle[2]), offset(triangle[0], p)
     n = cross(u, v)
-    area2 = n[0] * n[0] + n[1] * n[1] + n[2] * n[2]
+    area2 = dot(n, n)
     if area2 > 0.0:
         # Barycentric coordinates of the foot, times area2.
-        one, other = cross(w, v), cross(u, w)
-        s = one[0] * n[0] + one[1] * n[1] + one[2] * n[2]
-        t = other[0] * n[0] + other[1] * n[1] + other[2] * n[2]
+        s, t = dot(cross(w, v), n), dot(cross(u, w), n)
         if s >= 0.0 and t >= 0.0 and s + t <= area2:
-            height = w[0] * n[0] + w[1] * n[1] + w[2] * n[2]
+            height = dot(w, n)
             return s / area2, t / area2, height * height / area2
     return 0.0, 0.0, -1.0
 
@@ -111,17 +109,10 @@ def push_children(p: Array, boxes: Array, node: int, waiting: IntArray, count: i
 
 @inner
 def nearest_triangle(p: Array, triangles: Array, boxes: Array, bound: float) -> tuple[int, float]:
-    """Find the row of the nearest triangle, in the tree's order, and its distance, mm.
+    """Find the row of the triangle nearest to p, (3,) mm, in the tree's order, and its distance, mm.
 
     If none is within `bound`, they are −1 and `bound`. Of triangles that share the nearest edge or corner,
-    the first one met in the tree is returned.
-
-    Parameters
-    ----------
-    p : (3,), mm
-    triangles : (leaves * width, 3, 3), mm, in the order of the leaves
-    boxes : (2 * leaves, 2, 3), mm; node i has the children 2i and 2i + 1, the leaves come last
-    bound : mm
+    the first one met in the tree is returned. Triangles and boxes are as of `TriangleTree`.
     """
     leaves = len(boxes) // 2
     width = len(triangles) // leaves
@@ -158,9 +149,7 @@ def nearest_all(points: Array, triangles: Array, boxes: Array, bound: float) -> 
 def foot_on_triangle(p: Array, triangle: Array, foot: Array) -> float:
     """Find the nearest point to p on a triangle, (3, 3): foot, (3,) mm, is filled in.
 
-    Returns
-    -------
-    The squared distance
+    The squared distance is returned.
     """
     a, b, c = triangle[0], triangle[1], triangle[2]
     s, t, gap = shares_on(p, triangle)
@@ -181,11 +170,8 @@ def foot_on_triangle(p: Array, triangle: Array, foot: Array) -> float:
 def feet_all(points: Array, triangles: Array, boxes: Array, bound: float) -> tuple[Array, IntArray, Array]:
     """Find the nearest point of the surface to each row of points.
 
-    Returns
-    -------
-    feet : (n, 3), mm, NaN where no triangle is within `bound`
-    rows : (n,), triangle in the tree's order, −1 there
-    distances : (n,), mm, infinite there
+    (n, 3) mm, NaN where no triangle is within `bound`; (n,) triangle in the tree's order, −1 there; and (n,)
+    distance, mm, infinite there
     """
     feet, rows, gaps = np.empty((len(points), 3)), np.empty(len(points), np.int64), np.empty(len(points))
     for i in range(len(points)):
@@ -201,14 +187,11 @@ def feet_all(points: Array, triangles: Array, boxes: Array, bound: float) -> tup
 
 @compiled
 def reach(start: Array, end: Array, triangles: Array, boxes: Array, limit: float, finest: float) -> float:
-    """Compute how far a point can move from start towards end with every triangle at least `limit` away.
+    """Compute how far, mm, a point can move from start towards end with every triangle at least `limit` away.
 
     With the nearest triangle at distance d, the point may move by ``d − limit`` without another check, since
-    no distance changes faster than the point moves. A step is never shorter than `finest`.
-
-    Returns
-    -------
-    mm; −1 if the start itself is too near
+    no distance changes faster than the point moves. A step is never shorter than `finest`. The result is −1
+    if the start itself is too near.
     """
     length = np.sqrt(np.sum((end - start) ** 2))
     done = 0.0
@@ -256,22 +239,11 @@ def encloses(triangles: Array, point: Array) -> bool:
 def sums_near(
     order: IntArray, first: IntArray, angles: Array, facets: Array, areas: Array, least: float
 ) -> Array:
-    """Sum the normals of the triangles around every corner that face its own triangle's way.
+    """Sum the normals of the triangles around every corner that face its own triangle's way; (3f, 3).
 
-    Their weights are those of `fiveaxis.cam.mesh.surface.corner_normals`.
-
-    Parameters
-    ----------
-    order : (3f,), the corners sorted by vertex
-    first : (v + 1,), index in `order` of each vertex's first corner
-    angles : (3f,), rad, of each corner
-    facets : (f, 3), unit vectors or zero
-    areas : (f,), mm²
-    least : the cosine that two normals must exceed
-
-    Returns
-    -------
-    (3f, 3), by corner
+    Their weights are those of `fiveaxis.cam.mesh.surface.corner_normals`. `order` has the corners sorted by
+    vertex, `first`, (v + 1,), where those of each vertex begin in it; angles are (3f,) rad by corner, areas
+    (f,) mm². The cosine of two normals must exceed the least one.
     """
     total = np.zeros((len(order), 3))
     for vertex in range(len(first) - 1):
@@ -291,107 +263,3 @@ def sums_near(
                     for k in range(3):
                         sums[k] += angles[order[j]] * max(larger, 1.0) ** 3 * near[k]
     return total
-
-
-@compiled
-def merge_rows(rows: Array) -> tuple[IntArray, IntArray]:
-    """Find the distinct rows of finite numbers, in the order of their first occurrence.
-
-    A hash table of twice as many places as rows, which sorting them would take five times as long as.
-
-    Parameters
-    ----------
-    rows : (n, 3)
-
-    Returns
-    -------
-    first : (d,), the first row of each value
-    number : (n,), which of these values each row has
-    """
-    places = 16
-    while places < 2 * len(rows):
-        places *= 2
-    table = np.zeros(places, dtype=np.int32)  # the number of a value, from 1
-    bits = rows.view(np.uint64)
-    first = np.empty(len(rows), dtype=np.int64)
-    number = np.empty(len(rows), dtype=np.int64)
-    count = 0
-    for i in range(len(rows)):
-        key = np.uint64(0)
-        for k in range(3):
-            # Steps of SplitMix64: neighbouring numbers differ in few bits.
-            key = (key ^ bits[i, k]) * np.uint64(0xBF58476D1CE4E5B9)
-            key ^= key >> np.uint64(32)
-        place = np.int64(key & np.uint64(places - 1))
-        while True:
-            found = table[place] - 1
-            if found < 0:
-                first[count] = i
-                number[i] = count
-                count += 1
-                table[place] = count
-                break
-            row = first[found]
-            if bits[row, 0] == bits[i, 0] and bits[row, 1] == bits[i, 1] and bits[row, 2] == bits[i, 2]:
-                number[i] = found
-                break
-            place = (place + 1) & (places - 1)
-    return first[:count].copy(), number
-
-
-@innermost
-def halve(keys: Array, rows: IntArray) -> None:
-    """Move the smaller half, by key and then by row, before the larger one, in place.
-
-    References
-    ----------
-    Hoare (1961), Algorithm 65: Find.
-    """
-    low, high, middle = 0, len(keys) - 1, len(keys) // 2
-    while low < high:
-        key, row = keys[(low + high) // 2], rows[(low + high) // 2]
-        i, j = low, high
-        while i <= j:
-            while keys[i] < key or (keys[i] == key and rows[i] < row):
-                i += 1
-            while key < keys[j] or (key == keys[j] and row < rows[j]):
-                j -= 1
-            if i <= j:
-                keys[i], keys[j] = keys[j], keys[i]
-                rows[i], rows[j] = rows[j], rows[i]
-                i += 1
-                j -= 1
-        if middle <= j:
-            high = j
-        elif middle >= i:
-            low = i
-        else:
-            return
-
-
-@compiled
-def sort_into_leaves(rows: IntArray, centres: Array, leaf: int) -> None:
-    """Halve each node along its longest extent down to leaves, in place; rows of a leaf are in no order.
-
-    Parameters
-    ----------
-    rows : (n,), of `centres`; n is a power of two
-    centres : (f, 3), mm
-    leaf : rows of a leaf, a power of two
-    """
-    keys = np.empty(len(rows))
-    size = len(rows)
-    while size > leaf:
-        for begin in range(0, len(rows), size):
-            part, along = rows[begin : begin + size], keys[begin : begin + size]
-            axis, longest = 0, -1.0
-            for k in range(3):
-                low, high = centres[part[0], k], centres[part[0], k]
-                for row in part:
-                    low, high = min(low, centres[row, k]), max(high, centres[row, k])
-                if high - low > longest:
-                    axis, longest = k, high - low
-            for i in range(size):
-                along[i] = centres[part[i], axis]
-            halve(along, part)
-        size //= 2

@@ -83,14 +83,17 @@ class Mesh:
 
     def merged(self) -> Mesh:
         """Merge vertices, in the order in which they first occur; those of no triangle are left out."""
-        from fiveaxis.cam.mesh import kernels  # numba is slow to load
-
         used = np.zeros(len(self.vertices), dtype=bool)
         used[self.faces] = True
-        vertices = np.ascontiguousarray(self.vertices[used])
-        # Adding 0 makes 0 of −0.
-        first, number = kernels.merge_rows(np.round(vertices * PER_MM) + 0.0)
-        return Mesh(vertices[first], number[np.cumsum(used)[self.faces] - 1], self.model)
+        vertices = self.vertices[used]
+        rounded = np.round(vertices * PER_MM)
+        order = np.lexsort(rounded.T)
+        is_new = np.ones(len(order), dtype=bool)
+        is_new[1:] = (rounded[order[1:]] != rounded[order[:-1]]).any(axis=1)
+        first, number = order[is_new], np.empty_like(order)
+        # Values are counted in their own order, vertices in that of their first occurrence.
+        number[order] = np.argsort(np.argsort(first))[np.cumsum(is_new) - 1]
+        return Mesh(vertices[np.sort(first)], number[np.cumsum(used)[self.faces] - 1], self.model)
 
     @cached_property
     def triangles(self) -> Array:
