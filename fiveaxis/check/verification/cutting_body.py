@@ -112,7 +112,7 @@ def exact_piece_depths(piece: ConvexPiece, tips: Array, axes: Array, model: Mode
         radius, height = piece.zones[0, [0, 2]]
         return np.maximum(radius - model.nearest(tips + height * axes).distance, floors)
     ends = piece.low, piece.high
-    surfaces = model.triangles, model.surfaces, model.deviation
+    surfaces = model.shell.mesh, model.surfaces, model.deviation
     return exact_depth.deepest_all(tips, axes, piece.zones, ends, *surfaces, floors)
 
 

@@ -11,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 
 from fiveaxis.base import Array, BoolArray, IntArray, at_once, normalise
-from fiveaxis.cam.mesh.cad.records import Face, Foot, Surfaces, Triangles, Trims
+from fiveaxis.cam.mesh.cad.records import Face, Foot, Shell, Surfaces, Triangles, Trims
 from fiveaxis.cam.mesh.distance import TriangleTree
 from fiveaxis.cam.mesh.mesh import Mesh
 from fiveaxis.cam.mesh.surface import barycentric, facet_normals
@@ -104,10 +104,11 @@ class Model:
         return TriangleTree.build(self.corners)
 
     @cached_property
-    def triangles(self) -> Triangles:
-        """Its triangles in the order of the tree."""
+    def shell(self) -> Shell:
+        """Its faces for compiled loops, the triangles in the order of the tree."""
         order = self.tree.order
-        return Triangles(self.tree.triangles, self.corners_uv[order], self.owner[order], self.tree.boxes)
+        mesh = Triangles(self.tree.triangles, self.corners_uv[order], self.owner[order], self.tree.boxes)
+        return Shell(mesh, self.trims, self.surfaces)
 
     @cached_property
     def deviation(self) -> float:
@@ -182,13 +183,11 @@ class Model:
 
         shares = barycentric(points, self.corners[triangles])
         uv = np.sum(shares[:, :, None] * self.corners_uv[triangles], axis=1)
-        points, faces = np.ascontiguousarray(points, float), self.owner[triangles]
-        return self._foot(
-            points,
-            *_in_parts(
-                lambda r: nearest.onto_all(points[r], faces[r], uv[r], self.trims, self.surfaces), len(points)
-            ),
+        points, faces, shell = np.ascontiguousarray(points, float), self.owner[triangles], self.shell
+        feet = _in_parts(
+            lambda rows: nearest.onto_all(points[rows], faces[rows], uv[rows], shell), len(points)
         )
+        return self._foot(points, *feet)
 
     def distances(self, points: Array, bound: float) -> Array:
         """Compute the distance to the surfaces where it decides whether points, (n, 3) mm, are in a bound.
@@ -197,8 +196,7 @@ class Model:
         """
         from fiveaxis.cam.mesh.cad import nearest
 
-        points = np.ascontiguousarray(points, float)
-        rest = bound, self.deviation, self.triangles, self.trims, self.surfaces
+        points, rest = np.ascontiguousarray(points, float), (bound, self.deviation, self.shell)
         (gaps,) = _in_parts(lambda rows: (nearest.gaps_all(points[rows], *rest),), len(points))
         return gaps
 
@@ -206,8 +204,7 @@ class Model:
         """Compute how far, mm, a point can move from start to end with all surfaces `limit` away."""
         from fiveaxis.cam.mesh.cad import nearest
 
-        rest = self.deviation, self.triangles, self.trims, self.surfaces
-        return nearest.reach(start, end, limit, finest, *rest)
+        return nearest.reach(start, end, limit, finest, self.deviation, self.shell)
 
     def part(self, kept: BoolArray) -> Model:
         """Return the model with some of its triangles, (t,), only; its faces keep their numbers."""
@@ -216,16 +213,9 @@ class Model:
         )
 
     def intervals(self, face: int, along: Literal["u", "v"], value: float) -> Array:
-        """Find where a line of a face lies inside its border.
+        """Find where a line of a face lies inside its border: (k, 2), ends of each piece, ascending.
 
-        Parameters
-        ----------
-        along : the parameter that runs on the line
-        value : of the other one
-
-        Returns
-        -------
-        (k, 2), beginning and end of each piece in the running parameter, ascending
+        `along` is the parameter that runs on the line, `value` that of the other one.
         """
         border = self.trims.border[self.trims.first[face] : self.trims.first[face + 1]]
         run, stay = (0, 1) if along == "u" else (1, 0)
@@ -239,8 +229,10 @@ class Model:
         """Run `nearest.nearest_all` in threads."""
         from fiveaxis.cam.mesh.cad import nearest
 
-        rest = slack, self.triangles, self.trims, self.surfaces
-        return _in_parts(lambda rows: nearest.nearest_all(points[rows], faces[rows], *rest), len(points))
+        shell = self.shell
+        return _in_parts(
+            lambda rows: nearest.nearest_all(points[rows], faces[rows], slack, shell), len(points)
+        )
 
     def _foot(self, points: Array, feet: Array, faces: IntArray, on_border: BoolArray) -> Foot:
         point, uv = feet[:, :3].copy(), feet[:, 3:].copy()

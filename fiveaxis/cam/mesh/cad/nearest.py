@@ -5,7 +5,7 @@ Importing this module loads numba, so `model` does it only when a surface is ask
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from fiveaxis.cam.mesh.cad.kernels import Scratch, dot, scratch, surface
 from fiveaxis.cam.mesh.kernels import STACK, box_gap, foot_on_triangle, push_children, triangle_gap
 
 if TYPE_CHECKING:
-    from fiveaxis.cam.mesh.cad.records import Surfaces, Triangles, Trims
+    from fiveaxis.cam.mesh.cad.records import Shell, Surfaces, Triangles, Trims
 
 # Most places of the mesh from which the nearest point of the surfaces is searched, and their bins in u and v.
 STARTS, BINS = 24, 4
@@ -24,6 +24,9 @@ SETTLED, AT_REST = 1e-10, 1e-12
 # mm: where the whole range of a parameter is no longer, there is a pole; directions tried around it, and how
 # far beside it, as a share of the way to the middle.
 POLE, AROUND, BESIDE = 1e-6, 16, 1e-3
+
+# Of a search: room for one evaluation, (`STARTS`, 4) where it starts, (5,) the foot.
+Room: TypeAlias = tuple[Scratch, Array, Array]
 
 
 @compiled
@@ -146,20 +149,15 @@ def leave_pole(
 
 @compiled
 def project(
-    face: int, q: Array, u: float, v: float, box: Array, border: Array, surfaces: Surfaces, work: Scratch
+    face: int, q: Array, u: float, v: float, trims: Trims, surfaces: Surfaces, work: Scratch
 ) -> tuple[float, float, bool]:
-    """Find the point of a trimmed face that is nearest to q, from parameters near it.
-
-    Parameters
-    ----------
-    q : (3,), mm
-    box : (4,), u0, u1, v0, v1 of the face
-    border : (s, 10), its border
+    """Find the point of a trimmed face that is nearest to q, (3,) mm, from parameters near it.
 
     Returns
     -------
     u, v, and whether they lie on the border; the values there are in `work`
     """
+    box, border = trims.box[face], trims.border[trims.first[face] : trims.first[face + 1]]
     u, v = descend(face, q, u, v, box, surfaces, work)
     r = work[0][0] - q
     gap = dot(r, r)
@@ -218,17 +216,9 @@ def nearest_of_face(q: Array, face: int, mesh: Triangles, bound: float) -> float
 def starts_near(q: Array, face: int, limit: float, mesh: Triangles, box: Array, starts: Array) -> int:
     """Collect where to search from: each face's nearest place within a limit, in each of its 4 × 4 bins.
 
-    Both sides of a seam and all around a pole are begun from, so that none of them is missed.
-
-    Parameters
-    ----------
-    limit : mm, from q to triangles
-    box : (f, 4), u0, u1, v0, v1
-    starts : (`STARTS`, 4), filled with key (face and bin), distance, u, v
-
-    Returns
-    -------
-    How many there are
+    Both sides of a seam and all around a pole are begun from, so that none of them is missed. `limit` is in
+    mm from q to triangles, `box` (f, 4), u0, u1, v0, v1; `starts`, (`STARTS`, 4), is filled with key (face
+    and bin), distance, u, v. How many there are is returned.
     """
     leaves = len(mesh.boxes) // 2
     width = len(mesh.corners) // leaves
@@ -265,35 +255,31 @@ def starts_near(q: Array, face: int, limit: float, mesh: Triangles, box: Array, 
 
 
 @compiled
-def nearest_foot(
-    q: Array,
-    face: int,
-    limit: float,
-    mesh: Triangles,
-    trims: Trims,
-    surfaces: Surfaces,
-    work: Scratch,
-    starts: Array,
-    foot: Array,
-) -> tuple[float, int, bool]:
+def make_room() -> Room:
+    """Make room for one search."""
+    return scratch(), np.empty((STARTS, 4)), np.empty(5)
+
+
+@compiled
+def nearest_foot(q: Array, face: int, limit: float, shell: Shell, room: Room) -> tuple[float, int, bool]:
     """Find the exact surface's point nearest to q, (3,) mm, on faces with a triangle within a limit, mm.
 
     Parameters
     ----------
     face : the one that is asked, −1 for all
-    starts : (`STARTS`, 4), room
-    foot : (5,), filled with X, Y, Z, u, v
+    room : its last array is filled with X, Y, Z, u, v of the point
 
     Returns
     -------
     Distance, mm, infinite where no triangle is within the limit; face; whether the foot is on its border
     """
+    mesh, trims, surfaces = shell
+    work, starts, foot = room
     count = starts_near(q, face, limit, mesh, trims.box, starts)
     best, found, on_border = np.inf, -1, False
     for i in range(count):
         f = int(starts[i, 0]) // (BINS * BINS)
-        border = trims.border[trims.first[f] : trims.first[f + 1]]
-        u, v, trimmed = project(f, q, starts[i, 2], starts[i, 3], trims.box[f], border, surfaces, work)
+        u, v, trimmed = project(f, q, starts[i, 2], starts[i, 3], trims, surfaces, work)
         r = work[0][0] - q
         gap = dot(r, r)
         if gap < best:
@@ -305,109 +291,72 @@ def nearest_foot(
 
 @compiled
 def nearest_all(
-    points: Array, faces: IntArray, slack: float, mesh: Triangles, trims: Trims, surfaces: Surfaces
+    points: Array, faces: IntArray, slack: float, shell: Shell
 ) -> tuple[Array, IntArray, BoolArray]:
-    """Find the exact surface's point nearest to each of the given ones.
+    """Find the exact surface's point nearest to each of the given ones, (n, 3) mm, on (n,) faces, −1 for all.
 
     Every face with a triangle within the mesh's distance and a slack is searched, and the nearest foot wins.
-
-    Parameters
-    ----------
-    points : (n, 3), mm
-    faces : (n,), the face that is asked, −1 for all
-    slack : mm, twice the mesh's deviation from the surfaces
+    The slack is twice the mesh's deviation from the surfaces, mm.
 
     Returns
     -------
-    feet : (n, 5), X, Y, Z, u, v
-    found : (n,), face
-    on_border : (n,), whether the foot lies on the face's border
+    (n, 5) X, Y, Z, u, v of the feet; (n,) their faces; (n,) whether they lie on the face's border
     """
-    n = len(points)
+    n, room = len(points), make_room()
     feet, found, on_border = np.empty((n, 5)), np.empty(n, np.int64), np.empty(n, np.bool_)
-    work, starts = scratch(), np.empty((STARTS, 4))
     for k in range(n):
-        limit = nearest_of_face(points[k], faces[k], mesh, np.inf) + slack
-        _, found[k], on_border[k] = nearest_foot(
-            points[k], faces[k], limit, mesh, trims, surfaces, work, starts, feet[k]
-        )
+        limit = nearest_of_face(points[k], faces[k], shell.mesh, np.inf) + slack
+        _, found[k], on_border[k] = nearest_foot(points[k], faces[k], limit, shell, room)
+        feet[k] = room[2]
     return feet, found, on_border
 
 
 @compiled
-def onto_all(
-    points: Array, faces: IntArray, uv: Array, trims: Trims, surfaces: Surfaces
-) -> tuple[Array, IntArray, BoolArray]:
+def onto_all(points: Array, faces: IntArray, uv: Array, shell: Shell) -> tuple[Array, IntArray, BoolArray]:
     """Move points, (n, 3) mm, onto their faces, (n,), from parameters near them, (n, 2); as `nearest_all`."""
-    n = len(points)
-    feet, on_border, work = np.empty((n, 5)), np.empty(n, np.bool_), scratch()
+    _, trims, surfaces = shell
+    n, work = len(points), scratch()
+    feet, on_border = np.empty((n, 5)), np.empty(n, np.bool_)
     for k in range(n):
-        f = faces[k]
-        border = trims.border[trims.first[f] : trims.first[f + 1]]
         feet[k, 3], feet[k, 4], on_border[k] = project(
-            f, points[k], uv[k, 0], uv[k, 1], trims.box[f], border, surfaces, work
+            faces[k], points[k], uv[k, 0], uv[k, 1], trims, surfaces, work
         )
         feet[k, :3] = work[0][0]
     return feet, faces, on_border
 
 
 @compiled
-def gap(
-    q: Array,
-    limit: float,
-    bound: float,
-    deviation: float,
-    mesh: Triangles,
-    trims: Trims,
-    surfaces: Surfaces,
-    work: Scratch,
-    starts: Array,
-    foot: Array,
-) -> float:
+def gap(q: Array, limit: float, bound: float, deviation: float, shell: Shell, room: Room) -> float:
     """Compute the distance from q, mm, at most a bound, so that it is on the right side of a limit.
 
     The mesh's distance is taken unless it is nearer to the limit than the mesh's deviation.
     """
-    flat = nearest_of_face(q, -1, mesh, bound + deviation)
+    flat = nearest_of_face(q, -1, shell.mesh, bound + deviation)
     if abs(flat - limit) > deviation:
         return flat
-    return nearest_foot(q, -1, flat + 2.0 * deviation, mesh, trims, surfaces, work, starts, foot)[0]
+    return nearest_foot(q, -1, flat + 2.0 * deviation, shell, room)[0]
 
 
 @compiled
-def gaps_all(
-    points: Array, limit: float, deviation: float, mesh: Triangles, trims: Trims, surfaces: Surfaces
-) -> Array:
+def gaps_all(points: Array, limit: float, deviation: float, shell: Shell) -> Array:
     """Compute `gap` for each row of points, (n, 3) → (n,) mm, no farther than the limit needs."""
-    gaps = np.empty(len(points))
-    work, starts, foot = scratch(), np.empty((STARTS, 4)), np.empty(5)
+    gaps, room = np.empty(len(points)), make_room()
     for i in range(len(points)):
-        gaps[i] = gap(
-            points[i], limit, limit + deviation, deviation, mesh, trims, surfaces, work, starts, foot
-        )
+        gaps[i] = gap(points[i], limit, limit + deviation, deviation, shell, room)
     return gaps
 
 
 @compiled
-def reach(
-    start: Array,
-    end: Array,
-    limit: float,
-    finest: float,
-    deviation: float,
-    mesh: Triangles,
-    trims: Trims,
-    surfaces: Surfaces,
-) -> float:
+def reach(start: Array, end: Array, limit: float, finest: float, deviation: float, shell: Shell) -> float:
     """Compute how far a point can move with the surfaces `limit` away, as `cam.mesh.kernels.reach`."""
-    work, starts, foot = scratch(), np.empty((STARTS, 4)), np.empty(5)
+    room = make_room()
     length = np.sqrt(np.sum((end - start) ** 2))
     done, clear = 0.0, -1.0
     while True:
         share = 0.0 if length == 0.0 else done / length
         ahead = length - done
         q = start + share * (end - start)
-        free = gap(q, limit, limit + max(ahead, finest), deviation, mesh, trims, surfaces, work, starts, foot)
+        free = gap(q, limit, limit + max(ahead, finest), deviation, shell, room)
         if free < limit:
             return clear
         clear = done

@@ -63,6 +63,14 @@ class Triangles(NamedTuple):
     boxes: Array
 
 
+class Shell(NamedTuple):
+    """All faces: their triangles, borders and surfaces."""
+
+    mesh: Triangles
+    trims: Trims
+    surfaces: Surfaces
+
+
 @dataclass(frozen=True)
 class Face:
     """A face as users see it.
