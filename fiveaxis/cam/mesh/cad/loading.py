@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import re
 import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping
-from dataclasses import dataclass
-from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -52,26 +49,6 @@ FACTORS: Mapping[Unit, float] = {"mm": 1.0, "inch": 25.4, "m": 1000.0}
 STEP_FACE = re.compile(rb"=\s*(?:ADVANCED_FACE|FACE_SURFACE)\s*\(")
 # Lines of an IGES directory, two per entity: trimmed surfaces and faces.
 IGES_FACE = re.compile(rb"^ {5}(?:143|144|510).{64}D", re.MULTILINE)
-
-
-@dataclass(frozen=True)
-class _Request:
-    """What is asked of the reader: a key under which the model is kept.
-
-    Parameters
-    ----------
-    file, digest : its name and the hash of its content
-    faces : counted in its text
-    unit, tolerance, body, seconds : as of `load_model`
-    """
-
-    file: Path
-    digest: bytes
-    faces: int
-    unit: Unit | None
-    tolerance: float
-    body: str | None
-    seconds: float
 
 
 # A job asks for its part several times: to plan, to check, to show.
@@ -117,64 +94,60 @@ def load_model(
             file=file,
         )
     limit = seconds or SECONDS + SECONDS_PER_MEGABYTE * len(content) / MEGABYTE
-    digest = hashlib.sha256(content).digest()
-    return _load(_Request(file, digest, faces, unit, mesh_tolerance, body or None, limit))
-
-
-@lru_cache(maxsize=4)
-def _load(request: _Request) -> Model:
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder) / "model.npz"
-        _run(request, output)
+        request = {
+            "file": str(file.resolve()),
+            "output": str(output),
+            "tolerance": mesh_tolerance,
+            "factor": FACTORS[unit] if unit else 0.0,
+            "body": body or "",
+            "memory": MEMORY,
+            "seconds": int(limit) + 1,
+        }
+        _run(file, request, limit)
         with np.load(output) as arrays:
             facts = json.loads(str(arrays["facts"]))
-            _require_whole(facts, request)
+            _require_whole(facts, file, faces, unit, body)
             found = tuple(
                 Face(kind=KINDS[kind], **{**face, "box": tuple(face["box"])})
                 for face, kind in zip(facts["faces"], arrays["kind"], strict=True)
             )
-            return Model.of(str(request.file), arrays, found, tuple(map(tuple, facts["meeting"])))
+            return Model.of(str(file), arrays, found, tuple(map(tuple, facts["meeting"])))
 
 
-def _run(request: _Request, output: Path) -> None:
-    """Run the reader to its end, or end it."""
-    options = {
-        "tolerance": request.tolerance,
-        "factor": FACTORS[request.unit] if request.unit else 0.0,
-        "body": request.body or "",
-        "memory": MEMORY,
-        "seconds": int(request.seconds) + 1,
-    }
+def _run(file: Path, request: Mapping[str, Any], seconds: float) -> None:
+    """Run the reader to its end, or end it after so many seconds."""
     # -P: modules beside the reader don't hide those of the standard library.
-    call = [sys.executable, "-P", str(READER), str(request.file.resolve()), str(output)]
-    call += [f"--{option}={value}" for option, value in options.items()]
+    call = [sys.executable, "-P", str(READER), json.dumps(request)]
     try:
         done = subprocess.run(
-            call, stdin=subprocess.DEVNULL, capture_output=True, timeout=request.seconds, check=False
+            call, stdin=subprocess.DEVNULL, capture_output=True, timeout=seconds, check=False
         )
     except subprocess.TimeoutExpired:
         raise MeshError(
-            f"isn't read within {request.seconds:g} s: it is damaged; export it again", file=request.file
+            f"isn't read within {seconds:g} s: it is damaged; export it again", file=file
         ) from None
     last = (done.stderr.decode("utf-8", "replace").strip().splitlines() or [""])[-1]
     if done.returncode == 2:
-        raise MeshError(last, file=request.file)
+        raise MeshError(last, file=file)
     if done.returncode == 3 or "bad_alloc" in last or "MemoryError" in last:
         raise MeshError(
             f"takes more than {MEMORY >> 30} GB of memory to read: it is damaged, or too large; export the "
             "part alone, or take a larger mesh_tolerance",
-            file=request.file,
+            file=file,
         )
     if done.returncode:
         raise MeshError(
             f"Open Cascade failed on it ({last or done.returncode}): it is damaged; export it again",
-            file=request.file,
+            file=file,
         )
 
 
-def _require_whole(facts: dict[str, Any], request: _Request) -> None:
+def _require_whole(
+    facts: Mapping[str, Any], name: Path, faces: int, unit: Unit | None, body: str | None
+) -> None:
     """Raise unless the reader found the unit, the body, and all faces of the file."""
-    name, faces, unit, body = request.file, request.faces, request.unit, request.body
     units = facts["units"]
     if not units and unit is None:
         raise MeshError("states no unit; say which it is (--unit mm, --unit inch)", file=name)

@@ -7,11 +7,11 @@ a script that imports nothing of the package, whose libraries would take seconds
 
 from __future__ import annotations
 
-import argparse
 import itertools
 import json
 import os
 import sys
+from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -253,11 +253,7 @@ class Collector:
         self.faces: list[dict[str, Any]] = []
         self.shapes: list[Any] = []
         self.surfaces: list[dict[str, Any]] = []
-        self.points: list[np.ndarray] = []
-        self.uv: list[np.ndarray] = []
-        self.triangles: list[np.ndarray] = []
-        self.owner: list[np.ndarray] = []
-        self.border: list[np.ndarray] = []
+        self.parts: dict[str, list[np.ndarray]] = defaultdict(list)
         self.edges: dict[int, list[int]] = {}
         self.known_edges = lists.IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher()
         self.count = 0
@@ -284,10 +280,10 @@ class Collector:
             p, q = mesh.Node(i + 1).Transformed(matrix), mesh.UVNode(i + 1)
             nodes[i], uv[i] = (p.X(), p.Y(), p.Z()), (q.X(), q.Y())
         triangles = np.array([mesh.Triangle(i + 1).Get() for i in range(mesh.NbTriangles())]) - 1
-        self.points.append(nodes)
-        self.uv.append(uv)
-        self.triangles.append(triangles[:, :: -1 if reversed_ else 1] + self.count)
-        self.owner.append(np.full(len(triangles), index))
+        self.parts["points"].append(nodes)
+        self.parts["uv"].append(uv)
+        self.parts["triangles"].append(triangles[:, :: -1 if reversed_ else 1] + self.count)
+        self.parts["owner"].append(np.full(len(triangles), index))
         self.count += count
         self._add_edges(face, mesh, where, index)
 
@@ -298,7 +294,7 @@ class Collector:
         for shape in explore(face, "EDGE"):
             edge = TopoDS.Edge(shape)
             polygon = BRep_Tool.PolygonOnTriangulation_s(edge, mesh, where)
-            self.border.append(border_of(edge, face, polygon, index))
+            self.parts["border"].append(border_of(edge, face, polygon, index))
             if not BRep_Tool.Degenerated_s(edge):
                 self.edges.setdefault(self.known_edges.Add(edge), []).append(index)
 
@@ -337,11 +333,7 @@ class Collector:
             "form": form,
             "knots": np.concatenate(knots),
             "poles": np.vstack(poles),
-            "points": np.vstack(self.points),
-            "uv": np.vstack(self.uv),
-            "triangles": np.vstack(self.triangles),
-            "owner": np.concatenate(self.owner),
-            "border": np.vstack(self.border),
+            **{name: np.concatenate(parts) for name, parts in self.parts.items()},
             "shared": np.array(sorted(set(pairs)), dtype=np.int64).reshape(-1, 2),
         }
 
@@ -400,14 +392,7 @@ def placed(shape: Any, place: Any, factor: float) -> Any:
 def convert(path: Path, tolerance: float, factor: float, wanted: str) -> tuple[dict[str, Any], Collector]:
     """Read a file, and mesh its bodies, or the one that is wanted by name or number.
 
-    Parameters
-    ----------
-    tolerance : mm, chords of the mesh
-    factor : mm per unit of a file that doesn't state its unit
-
-    Raises
-    ------
-    Unreadable
+    `tolerance` is that of the mesh's chords, mm, `factor` mm per unit of a file that doesn't state its unit.
     """
     import OCP.collections as lists
     from OCP.BRepMesh import BRepMesh_IncrementalMesh
@@ -456,22 +441,14 @@ def convert(path: Path, tolerance: float, factor: float, wanted: str) -> tuple[d
 
 
 def main() -> int:
-    """Read the file that the command line names; the last line of the standard error says what is wrong."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("file", type=Path)
-    parser.add_argument("output", type=Path)
-    parser.add_argument("--tolerance", type=float, required=True)
-    parser.add_argument("--factor", type=float, default=0.0)
-    parser.add_argument("--body", default="")
-    parser.add_argument("--memory", type=int, required=True)
-    parser.add_argument("--seconds", type=int, required=True)
-    given = parser.parse_args()
+    """Read the file of the request, JSON; the last line of the standard error says what is wrong."""
+    given = json.loads(sys.argv[1])
     os.dup2(2, 1)  # Open Cascade writes its messages to the standard output
-    limit(given.memory, given.seconds)
+    limit(given["memory"], given["seconds"])
     try:
-        facts, found = convert(given.file, given.tolerance, given.factor, given.body)
+        facts, found = convert(Path(given["file"]), given["tolerance"], given["factor"], given["body"])
         arrays: dict[str, Any] = found.arrays() if found.faces else {}
-        np.savez(given.output, facts=json.dumps({**facts, "faces": found.faces}), **arrays)
+        np.savez(given["output"], facts=json.dumps({**facts, "faces": found.faces}), **arrays)
     except Unreadable as fault:
         sys.stderr.write(f"\n{fault}")
         return 2
