@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -80,17 +81,11 @@ class Strips:
         )
 
     def heights(self, points: Array, up: Array, places: Array) -> tuple[Array, BoolArray]:
-        """Measure how high above points the cutter clears the stock.
+        """Measure how high above points the cutter clears the stock, (m,) mm; infinite where it isn't met.
 
-        Parameters
-        ----------
-        points, up : (m, 3), mm and unit vectors
-        places : (m,), fractional number of the location of the pass nearest to each point
-
-        Returns
-        -------
-        heights : (m,), mm; infinite where the cutter isn't met
-        ended : (m,), whether the cutter stands there at an end of its pass, and hasn't gone by
+        Points and directions up are (m, 3), mm and unit vectors; places (m,), fractional numbers of the
+        locations of the pass nearest to each. Returned is, too, whether the cutter stands there at an end of
+        its pass, and hasn't gone by.
         """
         number = np.floor(places).astype(np.int64)
         row = self.rows[number]
@@ -98,29 +93,33 @@ class Strips:
         low, high = (
             np.clip(along + side * self.reach, self.first[row], self.last[row]) for side in (-1.0, 1.0)
         )
-        figures = np.array([self.zone.radius, self.zone.offset, self.zone.height, self.reach])
-        heights, at = _heights(points, up, self.tips, self.axes, self.stations, low, high, figures)
+        profile = float(self.zone.radius), float(self.zone.offset), float(self.zone.height)
+        swept = _Swept(self.tips, self.axes, self.stations, *profile)
+        heights, at = _heights(points, up, swept, low, high, float(self.reach))
         ends = np.minimum(at - self.first[row], self.last[row] - at)
         return heights, np.asarray(ends < 10.0 * FINE)
 
 
+class _Swept(NamedTuple):
+    """Passes for compiled loops: arrays of `Strips`, and the zone's figures, mm."""
+
+    tips: Array
+    axes: Array
+    stations: Array
+    radius: float
+    offset: float
+    height: float
+
+
 @compiled
 def _heights(
-    points: Array,
-    up: Array,
-    tips: Array,
-    axes: Array,
-    stations: Array,
-    low: Array,
-    high: Array,
-    figures: Array,
+    points: Array, up: Array, swept: _Swept, low: Array, high: Array, reach: float
 ) -> tuple[Array, Array]:
-    reach = figures[3]
     found, at = np.empty(len(points)), np.empty(len(points))
     for i in range(len(points)):
         height = 0.0
         for _ in range(TRACED):
-            gap, at[i] = _nearest(points[i] + height * up[i], tips, axes, stations, low[i], high[i], figures)
+            gap, at[i] = _nearest(points[i] + height * up[i], swept, low[i], high[i])
             if gap < NEAR or height > reach:
                 break
             height += gap
@@ -129,35 +128,33 @@ def _heights(
 
 
 @compiled
-def _nearest(
-    point: Array, tips: Array, axes: Array, stations: Array, low: float, high: float, figures: Array
-) -> tuple[float, float]:
+def _nearest(point: Array, swept: _Swept, low: float, high: float) -> tuple[float, float]:
     """Find the smallest distance to the cutter over a part of its pass, mm, and the station of it."""
     step = (high - low) / (COARSE - 1)
     best, least = 0, np.inf
     for k in range(COARSE):
-        gap = _gap(point, tips, axes, stations, low + k * step, figures)
+        gap = _gap(point, swept, low + k * step)
         if gap < least:
             best, least = k, gap
     low, high = low + max(best - 1, 0) * step, low + min(best + 1, COARSE - 1) * step
     inner, outer = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
-    at_inner = _gap(point, tips, axes, stations, inner, figures)
-    at_outer = _gap(point, tips, axes, stations, outer, figures)
+    at_inner, at_outer = _gap(point, swept, inner), _gap(point, swept, outer)
     while high - low > FINE:
         if at_inner < at_outer:
             high, outer, at_outer = outer, inner, at_inner
             inner = high - GOLDEN * (high - low)
-            at_inner = _gap(point, tips, axes, stations, inner, figures)
+            at_inner = _gap(point, swept, inner)
         else:
             low, inner, at_inner = inner, outer, at_outer
             outer = low + GOLDEN * (high - low)
-            at_outer = _gap(point, tips, axes, stations, outer, figures)
+            at_outer = _gap(point, swept, outer)
     return min(at_inner, at_outer, least), (low + high) / 2.0
 
 
 @compiled
-def _gap(point: Array, tips: Array, axes: Array, stations: Array, station: float, figures: Array) -> float:
+def _gap(point: Array, swept: _Swept, station: float) -> float:
     """Measure the distance, mm, to the cutter at a station; at most 0 inside."""
+    tips, axes, stations = swept.tips, swept.axes, swept.stations
     row = min(max(int(np.searchsorted(stations, station)) - 1, 0), len(tips) - 2)
     share = (station - stations[row]) / (stations[row + 1] - stations[row])
     square = along = length = 0.0
@@ -168,7 +165,7 @@ def _gap(point: Array, tips: Array, axes: Array, stations: Array, station: float
         along += away * axis
         length += axis * axis
     along /= math.sqrt(length)
-    across = math.sqrt(max(0.0, square - along * along)) - figures[1]
-    if figures[1] > 0.0:
+    across = math.sqrt(max(0.0, square - along * along)) - swept.offset
+    if swept.offset > 0.0:
         across = max(across, 0.0)
-    return math.hypot(across, min(along - figures[2], 0.0)) - figures[0]
+    return math.hypot(across, min(along - swept.height, 0.0)) - swept.radius
