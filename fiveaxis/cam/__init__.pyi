@@ -1,11 +1,11 @@
 from .contour.options import PlanOptions as PlanOptions
-from .contour.part_evidence import find_settled_contacts as find_settled_contacts
 from .contour.planner import Plan as Plan
 from .contour.planner import plan_contour as plan_contour
 from .contour.planner import plan_passes as plan_passes
 from .contour.quality import PlanReport as PlanReport
 from .contour.quality import path_quality as path_quality
 from .contour.touching import find_contacts as find_contacts
+from .contour.touching import find_settled_contacts as find_settled_contacts
 from .contour.touching import on_part as on_part
 from .mesh.cad.choice import FaceSheet as FaceSheet
 from .mesh.cad.choice import survey as survey

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -37,21 +38,22 @@ RING, ROUNDS, NARROWING = 32, 6, 4
 FOREIGN = 1e6
 # rad: a normal that is off the direction of the contact found by more isn't one.
 SLIP = np.radians(2.0)
-
-
+# Setting -> its values, the findings that leave it open, and the one that tells its choice.
+OPEN = {
+    "positions": (("table", "machine"), {"positions-assumed", "positions-doubtful"}, "positions-by-part"),
+    "unit": (("mm", "inch"), {"unit-assumed", "unit-doubtful"}, "unit-by-part"),
+}
+# A reading in which more cuts touch the part, by this factor, is the one that was meant.
+CLEARLY = 2.0
 # Shares of a move at which its curve is held against the part; mm, depth that counts there.
 SHARES, DEEP = (0.25, 0.5, 0.75), 0.01
 
 
 def on_part(toolpath: Toolpath, part: Mesh | None) -> Toolpath:
-    """Return the path with chords where its curve reaches deeper into the part than its chords do.
+    """Return a path whose zone touches with chords where its curve reaches deeper into the part than they do.
 
     The part has the last word on what lies between two locations: its facets may be what was designed.
-
-    Parameters
-    ----------
-    toolpath : whose zone touches
-    part : its mesh in mm, workpiece frame; None leaves the path as it is
+    None leaves the path as it is.
     """
     if part is None or toolpath.curve is None:
         return toolpath
@@ -77,12 +79,7 @@ def on_part(toolpath: Toolpath, part: Mesh | None) -> Toolpath:
 
 
 def count_touching(toolpath: Toolpath, part: MeshSource, *, tolerance: float) -> int:
-    """Count the cuts that touch a part within a tolerance, neither off it nor deep in it.
-
-    Parameters
-    ----------
-    toolpath, part, tolerance : as for `find_contacts`
-    """
+    """Count the cuts that touch a part within a tolerance, mm, neither off it nor deep in it."""
     rows = np.flatnonzero(toolpath.cutting)
     touch = _touches(toolpath.at(rows), SignedSurface.of(take_mesh(part, name="part", allow_open=True)))
     return int((np.abs(touch.gap) <= tolerance).sum())
@@ -176,6 +173,50 @@ def find_contacts(
         if bad.any()
     ]
     return replace(known, findings=(*toolpath.findings, *found), normals_from=surface.normals_from)
+
+
+def find_settled_contacts(
+    toolpath: Toolpath,
+    part: Mesh,
+    tolerance: float,
+    read: Callable[[dict[str, str]], Toolpath],
+    given: set[str],
+    *,
+    crease: float,
+) -> Toolpath:
+    """Find a path's contacts with a part, as `find_contacts`, in the reading that touches the part.
+
+    Parameters
+    ----------
+    toolpath : as it is read by default
+    read : reads the path again, with settings
+    given : settings of the caller, which stay
+    """
+    settled: dict[str, str] = {}
+    told: list[Finding] = []
+    for name, (values, codes, code) in OPEN.items():
+        first = next((f for f in toolpath.findings if f.code in codes), None)
+        if first is None or name in given:
+            continue
+        if not toolpath.has_axes:
+            continue
+        cuts = {
+            value: count_touching(read({**settled, name: value}), part, tolerance=tolerance)
+            for value in values
+        }
+        best, worst = sorted(values, key=lambda value: -cuts[value])
+        if cuts[best] <= CLEARLY * cuts[worst]:
+            continue
+        settled[name] = best
+        text = (
+            f"{cuts[best]} cuts touch the part as {name}={best}, as they are read, and {cuts[worst]} as "
+            f"{name}={worst}; set {name} (--{name}) to override that"
+        )
+        told.append(Finding(Severity.NOTE, code, text, first.place))
+    if settled:
+        toolpath = read(settled)
+        toolpath = replace(toolpath, findings=(*toolpath.findings, *told))
+    return find_contacts(toolpath, part, tolerance=tolerance, crease=crease)
 
 
 def _smoothed(path: Toolpath, touch: _Touch, mesh: Mesh, surface: Surface) -> Array:
