@@ -116,7 +116,6 @@ from .options.meshes import Meshes as Meshes
 from .options.planning import HIGHEST_FEED as HIGHEST_FEED
 from .options.planning import PlanContour as PlanContour
 from .options.planning import Planning as Planning
-from .options.planning import Strategy as Strategy
 from .options.reading import LengthUnit as LengthUnit
 from .options.reading import Positions as Positions
 from .options.reading import Reading as Reading

@@ -273,30 +273,19 @@ def plan_mesh(job: Job, progress: Progress = unheard) -> Plan:
             "out",
             file=job.input,
         )
-    options = PlanOptions.of(
-        *(job.planning, job.meshes, job.bounds),
-        unit=job.unit,
-        progress=partial(progress, STAGES["plan"]),
-    )
-    options = options if job.feed is None else replace(options, feed_mm_min=job.feed)
+    options = replace(_plan_options(job), progress=partial(progress, STAGES["plan"]))
     plan = plan_passes(job.input, parse_tool(job.tool), options)
     return plan if job.path_shape is None else replace(plan, toolpath=plan.toolpath.shaped(job.path_shape))
 
 
+def _plan_options(job: Job) -> PlanOptions:
+    options = PlanOptions.of(job.planning, job.meshes, job.bounds, unit=job.unit)
+    return options if job.feed is None else replace(options, feed_mm_min=job.feed)
+
+
 def measure_plan(job: Job, toolpath: Toolpath) -> PlanReport:
     """Measure the ridges and chords of the passes planned on a job's mesh."""
-    plan = job.planning
-    return path_quality(
-        toolpath,
-        job.input,
-        strategy=plan.strategy,
-        raster_angle=plan.raster_angle,
-        overhang=plan.overhang,
-        faces=plan.faces,
-        unit=job.unit,
-        allow_open=plan.allow_open,
-        **cad_options(job),
-    )
+    return path_quality(toolpath, job.input, _plan_options(job))
 
 
 def is_mesh(path: Path) -> bool:

@@ -73,7 +73,7 @@ def measure(part: Path, faces: str | None, options: dict[str, object]) -> str:
             meets = other.distance < MEETING
             angles = np.degrees(angle_between(other.normal, normal[rows]))
             turned[rows[meets]] = np.minimum(turned[rows], angles)[meets]
-    told = path_quality(path, mesh, strategy="flow", faces=faces).scallop_largest
+    told = path_quality(path, mesh, PlanOptions(strategy="flow", faces=faces)).scallop_largest
     left = left_over(path, exact, chosen, 20_000)
     out = sum(found.value for found in path.findings if found.code == "contacts-left-out")
     how = "spiral" if "spiral" in options else str(options.get("flow_along", "auto"))

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fiveaxis.base.errors import Infeasible, MeshError
-from fiveaxis.cam import TriangleTree, path_quality, plan_contour
+from fiveaxis.cam import PlanOptions, TriangleTree, path_quality, plan_contour
 from fiveaxis.model import Tool
 
 RADIUS = 2.0
@@ -73,7 +73,7 @@ def test_the_ball_touches_where_it_cuts_and_gouges_nowhere(kind, seed, way, rest
     assert not path.cutting[[0, -1]].any()
     assert path.pivot[[0, -1], 2].min() > mesh.bounds[1, 2]
     known = {name: options[name] for name in ("strategy", "raster_angle", "overhang") if name in options}
-    measured = path_quality(path, mesh, **known)
+    measured = path_quality(path, mesh, PlanOptions(**known))
     # The mean of equal heights may exceed them by a rounding.
     assert 0.0 <= measured.scallop_mean <= measured.scallop_largest * (1.0 + 1e-12)
     assert measured.scallop_largest <= 2.0 * RADIUS

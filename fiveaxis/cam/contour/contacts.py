@@ -10,7 +10,7 @@ import numpy as np
 
 from fiveaxis.base import Array, BoolArray, IntArray, angle_between
 from fiveaxis.cam.contour.sections import Loop
-from fiveaxis.cam.mesh.surface import Surface
+from fiveaxis.cam.mesh.surface import Surface, units
 
 # mm: how deep a ball may sink into a flat facet on which it is placed along the smoothed normal.
 LEAN_DEPTH = 0.005
@@ -71,25 +71,42 @@ class Contacts:
         )
 
 
-def sample_loop(
-    loop: Loop, surface: Surface, *, radius: float, spacing: float, roundest: float | None = None
-) -> Contacts | None:
-    """Place contacts along a section curve.
-
-    Neighbouring contacts are at most `spacing` apart, and closer on convex curves, where the straight move of
-    the ball's centre would cut off more than `CHORD_DEPTH` of its arc. About an edge, a step of a ball of
-    radius R may turn by ``2 acos(1 − depth / R)``.
+@dataclass(frozen=True)
+class Sampling:
+    """How contacts are placed along curves.
 
     Parameters
     ----------
-    loop : section curve, material to its right
-    surface : the part; contacts lie on its exact faces where it has a model
-    radius, spacing : mm
-    roundest : mm, as for `placed_normals`
+    radius : mm, of the ball
+    spacing : mm, most between neighbours
+    roundest : mm, largest radius of curvature of the cutter where it touches; None for a ball
+    hollow, sideways : mm, how far straight moves of the ball's centre may be off a concave curve, and off the
+        curve to its sides
+    """
 
-    Returns
-    -------
-    Contacts, or None if no triangle of the curve has an area
+    radius: float
+    spacing: float
+    roundest: float | None = None
+    hollow: float = np.inf
+    sideways: float = np.inf
+
+    def placed(self, facets: Array, smooth: Array) -> tuple[Array, Array]:
+        """Return the normals along which a cutter is placed on facets, and those that its lean refers to.
+
+        A ball turns about its centre, so its lean may refer to the smoothed surface. Another cutter, turned
+        about its contact, would sink into the facet. Facets are (n, 3) unit vectors, smoothed normals have
+        any length.
+        """
+        normals = lean_normals(facets, smooth, lean_limit(self.roundest or self.radius))
+        return normals, lean_normals(facets, smooth, np.pi) if self.roundest is None else normals
+
+
+def sample_loop(loop: Loop, surface: Surface, sampling: Sampling) -> Contacts | None:
+    """Place contacts along a section curve, material to its right; None if no triangle of it has an area.
+
+    Neighbours are closer together on convex curves, where the straight move of the ball's centre would cut
+    off more than `CHORD_DEPTH` of its arc. About an edge, a step of a ball of radius R may turn by
+    ``2 acos(1 − depth / R)``. Contacts lie on the surface's exact faces where it has a model.
     """
     facets = surface.facet_normals[loop.faces]
     solid = np.linalg.norm(facets, axis=1) > 0.5
@@ -103,38 +120,21 @@ def sample_loop(
             start, end = points[2 * segment], points[2 * segment + 1]
             return surface.onto(start + share[:, None] * (end - start), faces[segment])
 
-        return follow(
-            points,
-            normals,
-            onto,
-            closed=loop.closed,
-            crease=surface.crease,
-            radius=radius,
-            roundest=roundest,
-            spacing=spacing,
-        )
-    both, smooth = np.repeat(facets, 2, axis=0), loop.normals[solid].reshape(-1, 3)
-    normals, smooth = placed_normals(both, smooth, radius, roundest)
+        return follow(points, normals, onto, sampling, closed=loop.closed, crease=surface.crease)
+    normals, smooth = sampling.placed(np.repeat(facets, 2, axis=0), loop.normals[solid].reshape(-1, 3))
     sharp = angle_between(facets, np.roll(facets, -1, axis=0)) > surface.crease
-    turning = roundest or radius
-    curve = _Curve.through(
-        points, normals, smooth, sharp, closed=loop.closed, radius=turning, spacing=spacing
-    )
-    return curve.at(_stations(curve, closed=loop.closed, radius=radius), closed=loop.closed)
+    curve = _Curve.through(points, normals, smooth, sharp, sampling, closed=loop.closed)
+    return curve.at(_stations(curve, sampling, closed=loop.closed), closed=loop.closed)
 
 
 def follow(
     points: Array,
     normals: Array,
     onto: Callable[[IntArray, Array], tuple[Array, Array]],
+    sampling: Sampling,
     *,
     closed: bool,
     crease: float,
-    radius: float,
-    roundest: float | None,
-    spacing: float,
-    hollow: float = np.inf,
-    sideways: float = np.inf,
 ) -> Contacts:
     """Place contacts along a curve on exact surfaces, as `sample_loop` does.
 
@@ -144,15 +144,10 @@ def follow(
     onto : finds exact points and normals of segments, (n,), at shares of their length, (n,)
     closed : whether the last segment's end is the first one's start
     crease : rad; about sharper edges between segments the ball rolls
-    radius, spacing : mm
-    roundest : mm, as for `placed_normals`
-    hollow, sideways : mm, how far straight moves of the ball's centre may be off a concave curve, and off the
-        curve to its sides
     """
     sharp = angle_between(normals[1::2], np.roll(normals[::2], -1, axis=0)) > crease
-    turning = roundest or radius
-    curve = _Curve.through(points, normals, normals, sharp, closed=closed, radius=turning, spacing=spacing)
-    stations = _stations(curve, closed=closed, radius=radius, hollow=hollow, sideways=sideways)
+    curve = _Curve.through(points, normals, normals, sharp, sampling, closed=closed)
+    stations = _stations(curve, sampling, closed=closed)
     contacts, (interval, share) = curve.at(stations, closed=closed), curve.place(stations)
     points, normals = contacts.points.copy(), contacts.normals.copy()
     # Those at an edge, between the normals of two segments, stay.
@@ -161,43 +156,15 @@ def follow(
     return replace(contacts, points=points, normals=normals, smooth=normals)
 
 
-def placed_normals(
-    facets: Array, smooth: Array, radius: float, roundest: float | None
-) -> tuple[Array, Array]:
-    """Return the normals along which a cutter is placed on facets, and those that its lean refers to.
-
-    A ball turns about its centre, so its lean may refer to the smoothed surface. Another cutter, turned about
-    its contact, would sink into the facet.
-
-    Parameters
-    ----------
-    facets, smooth : (n, 3), unit vectors, and any length
-    radius : mm, of the ball
-    roundest : mm, largest radius of curvature of the cutter where it touches; None for a ball
-    """
-    normals = lean_normals(facets, smooth, lean_limit(radius if roundest is None else roundest))
-    return normals, lean_normals(facets, smooth, np.pi) if roundest is None else normals
-
-
 def lean_limit(radius: float) -> float:
     """Return by what angle, rad, a ball's normal may be off a facet's: it then sinks by `LEAN_DEPTH`."""
     return math.acos(max(0.0, 1.0 - LEAN_DEPTH / radius))
 
 
 def lean_normals(facets: Array, smooth: Array, limit: float | Array) -> Array:
-    """Turn facet normals towards the smoothed ones, by at most a limit.
+    """Turn facet normals, (n, 3), towards the smoothed ones, of any length, by at most a limit, rad or (n,).
 
     A ball of radius R placed along a normal that is off the facet's by θ sinks ``R (1 − cos θ)`` into it.
-
-    Parameters
-    ----------
-    facets : (n, 3), unit vectors
-    smooth : (n, 3), any length
-    limit : rad, or (n,)
-
-    Returns
-    -------
-    (n, 3), unit vectors
     """
     length = np.linalg.norm(smooth, axis=1, keepdims=True)
     towards = np.where(length > 0.0, smooth / np.where(length > 0.0, length, 1.0), facets)
@@ -239,10 +206,9 @@ class _Curve:
         normals: Array,
         smooth: Array,
         sharp: BoolArray,
+        sampling: Sampling,
         *,
         closed: bool,
-        radius: float,
-        spacing: float,
     ) -> _Curve:
         """Make the curve of nodes; `sharp`, (m,), marks segments that meet the next one at a sharp edge."""
         if closed:
@@ -252,9 +218,9 @@ class _Curve:
         k = np.arange(len(lengths))
         # Odd intervals join the end of a segment to the start of the next: same point, another normal.
         jump = (k % 2 == 1) & sharp[k // 2]
-        largest_turn = 2.0 * math.acos(max(0.0, 1.0 - CHORD_DEPTH / radius))
+        largest_turn = 2.0 * math.acos(max(0.0, 1.0 - CHORD_DEPTH / (sampling.roundest or sampling.radius)))
         # Steps in each interval, so that neither length nor turn exceeds its limit.
-        needs = np.maximum(lengths / spacing, _convex_turn(points, normals) / largest_turn)
+        needs = np.maximum(lengths / sampling.spacing, _convex_turn(points, normals) / largest_turn)
         return cls(nodes, np.concatenate([[0.0], np.cumsum(needs)]), jump)
 
     def place(self, wanted: Array) -> tuple[IntArray, Array]:
@@ -275,9 +241,7 @@ class _Curve:
         return before.blended(after, share, rolling)
 
 
-def _stations(
-    curve: _Curve, *, closed: bool, radius: float, hollow: float = np.inf, sideways: float = np.inf
-) -> Array:
+def _stations(curve: _Curve, sampling: Sampling, *, closed: bool) -> Array:
     """Return stations along a curve in equal steps of length and turning, refined.
 
     Steps are halved in which the straight move of the ball's centre cuts off too much of a convex arc, or is
@@ -288,12 +252,12 @@ def _stations(
     for _ in range(REFINEMENTS):
         middles = (stations[:-1] + stations[1:]) / 2.0
         rows, between = curve.at(stations, closed=False), curve.at(middles, closed=False)
-        centres = rows.points + radius * rows.normals
-        sag = between.points + radius * between.normals - (centres[:-1] + centres[1:]) / 2.0
+        centres = rows.points + sampling.radius * rows.normals
+        sag = between.points + sampling.radius * between.normals - (centres[:-1] + centres[1:]) / 2.0
         depth = np.einsum("ij,ij->i", sag, between.normals)
         aside = np.linalg.norm(sag - depth[:, None] * between.normals, axis=1)
         # 1 % for rounding, as steps are chosen to just meet the limit.
-        deep = (depth > 1.01 * CHORD_DEPTH) | (-depth > hollow) | (aside > sideways)
+        deep = (depth > 1.01 * CHORD_DEPTH) | (-depth > sampling.hollow) | (aside > sampling.sideways)
         if not deep.any():
             break
         stations = np.sort(np.concatenate([stations, middles[deep]]))
@@ -302,9 +266,7 @@ def _stations(
 
 def _convex_turn(points: Array, normals: Array) -> Array:
     """Compute by what angle the normal turns in each interval where the curve is convex; else 0."""
-    steps = np.diff(points, axis=0)
-    length = np.linalg.norm(steps, axis=1, keepdims=True)
-    heading = np.divide(steps, length, out=np.zeros_like(steps), where=length > 0.0)
+    heading = units(np.diff(points, axis=0))
     # Intervals between segments have no length; the headings before and after replace theirs.
     along = heading + np.roll(heading, 1, axis=0) + np.roll(heading, -1, axis=0)
     along[0::2] = heading[0::2]

@@ -20,13 +20,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
 
 from fiveaxis.base import Array, BoolArray, IntArray, MeshError, angle_between
-from fiveaxis.cam.contour.contacts import CHORD_DEPTH, Contacts, follow
+from fiveaxis.cam.contour.contacts import CHORD_DEPTH, Contacts, Sampling, follow
 from fiveaxis.cam.contour.leaning import Leaning
 from fiveaxis.cam.contour.options import PlanOptions
 from fiveaxis.cam.contour.parameter_lines import JOIN, Chain, Line, Places, Tracer, convexity
@@ -57,16 +57,9 @@ APART = 1.5
 
 
 def flow_lines(
-    surface: Surface, options: PlanOptions, leaning: Leaning, spacing: float, name: str
+    surface: Surface, options: PlanOptions, leaning: Leaning, sampling: Sampling, name: str
 ) -> tuple[list[list[Contacts]], list[float]]:
     """Place contacts along lines on the faces that have walls.
-
-    Parameters
-    ----------
-    surface : what is cut of the part
-    leaning : how the cutter touches
-    spacing : mm, of contacts
-    name : of the part's file
 
     Returns
     -------
@@ -76,7 +69,7 @@ def flow_lines(
     Raises
     ------
     MeshError
-        The surface is a mesh without a model.
+        The surface, of the file `name`, is a mesh without a model.
     """
     if surface.model is None:
         raise MeshError(
@@ -94,12 +87,13 @@ def flow_lines(
             largest, scallop_step(strip, options.scallop, np.maximum(curvature, HOLLOWEST_EXACT / strip))
         )
 
-    faces = np.unique(surface.model.owner[options.walls.keep(surface.facet_normals)])
+    faces = np.unique(surface.model.owner[options.is_wall(surface.facet_normals)])
     tracer = Tracer(surface.model, frozenset(faces.tolist()), surface.crease)
     along = None if options.flow_along is None else "uv".index(options.flow_along)
     flat, widest = step(np.array([0.0, -np.inf]), np.zeros(2)).tolist()
     hollow = CHORD_DEPTH if options.scallop is None else min(CHORD_DEPTH, HOLLOW_SHARE * options.scallop)
-    levels = Flow(tracer, step, leaning, spacing, hollow, SIDE_SHARE * flat, along).levels()
+    sampling = replace(sampling, hollow=hollow, sideways=SIDE_SHARE * flat)
+    levels = Flow(tracer, step, sampling, along).levels()
     return levels, [APART * widest] * (len(levels) - 1)
 
 
@@ -112,8 +106,7 @@ class Flow:
     tracer : follows a line over the faces
     step : largest distance of passes, (n,) mm, on a surface of curvatures across and along them, (n,) 1/mm,
         convex > 0
-    leaning : how the cutter touches
-    spacing, hollow, sideways : mm, as for `follow`
+    sampling : of the contacts
     along : the parameter that runs, 0 for u and 1 for v; None for the one with the longer passes on each
         face, or with the straighter ones where neither are longer by a quarter
     done : of each face, the parameter that runs on it, and the ranges of the other one that have passes
@@ -121,10 +114,7 @@ class Flow:
 
     tracer: Tracer
     step: Callable[[Array, Array], Array]
-    leaning: Leaning
-    spacing: float
-    hollow: float
-    sideways: float
+    sampling: Sampling
     along: int | None = None
     done: dict[int, tuple[int, list[tuple[float, float]]]] = field(default_factory=dict)
 
@@ -257,18 +247,7 @@ class Flow:
         for chain in chains:
             begin, end = end, end + len(rows) * len(chain.lines)
             nodes = points[begin:end], normals[begin:end], partial(onto, begin)
-            found.append(
-                follow(
-                    *nodes,
-                    closed=chain.closed,
-                    crease=self.tracer.crease,
-                    radius=self.leaning.ball,
-                    roundest=self.leaning.roundest,
-                    spacing=self.spacing,
-                    hollow=self.hollow,
-                    sideways=self.sideways,
-                )
-            )
+            found.append(follow(*nodes, self.sampling, closed=chain.closed, crease=self.tracer.crease))
         return found
 
     def _rims(self, face: int, passes: Sequence[TriangleTree]) -> list[Contacts]:
@@ -280,9 +259,11 @@ class Flow:
             line = Line(face, np.vstack([edge[:, :2], edge[-1:, 2:]]), 0)
             moves = np.diff(model.evaluate(face, line.at(NODES))[:, 0], axis=0)
             length = np.linalg.norm(moves, axis=1).sum()
-            if length <= max(JOIN, self.spacing):
+            if length <= max(JOIN, self.sampling.spacing):
                 continue
-            stations = np.linspace(0.0, 1.0, max(len(NODES), math.ceil(FINER * length / self.spacing)))
+            stations = np.linspace(
+                0.0, 1.0, max(len(NODES), math.ceil(FINER * length / self.sampling.spacing))
+            )
             bare, inwards = self._bare(line, stations, passes)
             for begin, end in runs(bare):
                 (rim,) = self._contacts([Chain([Line(face, line.at(stations[begin:end]), 0)], closed=False)])
@@ -303,7 +284,7 @@ class Flow:
             return np.ones(len(uv), dtype=bool), np.zeros((len(uv), 3))
         uv += OFF_BORDER * (np.reshape(model.faces[line.face].box, (2, 2)).mean(axis=1) - uv)
         values, normals = model.evaluate(line.face, uv), model.normals(line.face, uv)
-        centres = values[:, 0] + self.leaning.ball * normals
+        centres = values[:, 0] + self.sampling.radius * normals
         ways = np.stack([tree.nearest(centres)[0] - centres for tree in passes])
         towards = ways[np.linalg.norm(ways, axis=2).argmin(axis=0), np.arange(len(uv))]
         (e, f), (_, g) = np.einsum("nik,njk->ijn", values[:, 1:3], values[:, 1:3])
@@ -313,7 +294,7 @@ class Flow:
         across, ahead = np.stack([du, dv], axis=1), np.stack([-f * du - g * dv, e * du + f * dv], axis=1)
         curvature, bend = (convexity(values, normals, some) for some in (across, ahead))
         step = self.step(curvature, bend)
-        reach = (1.0 + BARE) * step / 2.0 * (1.0 + self.leaning.ball * curvature)
+        reach = (1.0 + BARE) * step / 2.0 * (1.0 + self.sampling.radius * curvature)
         far = np.append(0, np.cumsum(np.linalg.norm(towards, axis=1) > reach))
         way = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(values[:, 0], axis=0), axis=1)))
         return far[np.searchsorted(way, way + step, "right")] > far[np.searchsorted(way, way - step)], towards
@@ -322,7 +303,7 @@ class Flow:
         """Return the moves of the ball's centre in passes in a tree; None without any."""
         if not passes:
             return None
-        centres = [contacts.points + self.leaning.ball * contacts.normals for contacts in passes]
+        centres = [contacts.points + self.sampling.radius * contacts.normals for contacts in passes]
         closed = [np.vstack([c, c[:1]]) if p.closed else c for c, p in zip(centres, passes, strict=True)]
         return TriangleTree.build(np.vstack([np.stack([c[:-1], c[1:], c[1:]], axis=1) for c in closed]))
 

@@ -1,4 +1,4 @@
-"""The options of `plan_contour`, checked, and the walls that they select."""
+"""The options of `plan_contour`, checked, and what they select."""
 
 from __future__ import annotations
 
@@ -8,16 +8,27 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fiveaxis.base import Array, BoolArray, Bounds, PlanContour, SettingError, Unit, options_of, product
+from fiveaxis.base import (
+    Array,
+    BoolArray,
+    Bounds,
+    MeshSource,
+    PlanContour,
+    SettingError,
+    Unit,
+    options_of,
+    product,
+)
 from fiveaxis.cam.contour.leaning import Leaning
+from fiveaxis.cam.mesh.cad.choice import LEAST_OVERHANG
+from fiveaxis.cam.mesh.loading import take_mesh
+from fiveaxis.cam.mesh.mesh import Mesh
 from fiveaxis.model import Constraints, Tool
 
 # Least angle between a wall's normal and that of the section planes; on flatter faces the passes would be too
 # far apart. Faces within the same angle of straight down lie on the table.
 FLATTEST_WALL = np.radians(10.0)
 LOWEST = -float(np.cos(FLATTEST_WALL))
-# An overhanging wall's normal points at least this far below the horizontal.
-LEAST_OVERHANG = np.radians(1.0)
 # mm, default distance of the sections.
 STEP = 1.0
 # A strip's radius at its contact is that at this share of the ridge's height.
@@ -32,28 +43,6 @@ FOREIGN = {
 }
 # Contact points of a plan: more take hours, and are mostly a wrong unit.
 MOST_CONTACTS = 3e6
-
-
-@dataclass(frozen=True, eq=False)
-class Walls:
-    """The parts of the surface that a strategy cuts, selected by their normals.
-
-    Parameters
-    ----------
-    plane : (3,), unit normal of the section planes, workpiece frame; 0 if there are none
-    overhang : only walls whose normals point downward
-    lowest : z of the lowest normals
-    """
-
-    plane: Array
-    overhang: bool = False
-    lowest: float = LOWEST
-
-    def keep(self, normals: Array) -> BoolArray:
-        """Check which normals, (n, 3) unit vectors in the workpiece frame, belong to walls, (n,)."""
-        across = product(normals, self.plane)
-        wall: BoolArray = (np.abs(across) <= np.cos(FLATTEST_WALL)) & (normals[:, 2] >= self.lowest)
-        return wall & (normals[:, 2] <= -np.sin(LEAST_OVERHANG)) if self.overhang else wall
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,6 +74,17 @@ class PlanOptions(PlanContour):
             other = "stepover" if name == "stepdown" else f"strategy = {own} with it, or leave it out"
             raise SettingError(f"{name} = {said} is no option of the {self.strategy} strategy; give {other}")
 
+    def mesh(self, part: MeshSource, name: str = "mesh") -> Mesh:
+        """Read or check a part, as `take_mesh` does."""
+        return take_mesh(
+            part,
+            name=name,
+            unit=self.unit,
+            allow_open=self.allow_open,
+            mesh_tolerance=self.mesh_tolerance,
+            body=self.body,
+        )
+
     @property
     def step(self) -> float | None:
         """Largest distance of neighbouring sections or lines, mm; None where only the scallop limits it."""
@@ -104,13 +104,15 @@ class PlanOptions(PlanContour):
         plane = np.array([-along[1], along[0], 0.0])
         return np.array([along, np.cross(plane, along), plane])
 
-    @property
-    def walls(self) -> Walls:
-        """The part of the surface that is cut."""
+    def is_wall(self, normals: Array) -> BoolArray:
+        """Check which normals, (n, 3) unit vectors in the workpiece frame, belong to what is cut, (n,)."""
         if self.strategy != "flow":
-            return Walls(self.frame[2], self.overhang)
-        # No sections, which could be too far apart on some walls; a face that is named is cut wherever it is.
-        return Walls(np.zeros(3), self.overhang, LOWEST if self.faces is None else -np.inf)
+            near = np.abs(product(normals, self.frame[2])) <= np.cos(FLATTEST_WALL)
+            wall = near & (normals[:, 2] >= LOWEST)
+        else:
+            # A face that is named is cut wherever it is.
+            wall = normals[:, 2] >= (LOWEST if self.faces is None else -np.inf)
+        return wall & (normals[:, 2] <= -np.sin(LEAST_OVERHANG)) if self.overhang else wall
 
     @property
     def backward(self) -> bool:
@@ -123,14 +125,12 @@ class PlanOptions(PlanContour):
         return (self.direction == "conventional") != (self.strategy == "raster")
 
     def leaning(self, tool: Tool) -> Leaning:
-        """Find how a tool may touch.
+        """Find how a tool may touch; `ToolError` as `Leaning.of`.
 
         Raises
         ------
         SettingError
             A scallop too high for the strip that the tool cuts, or options for balls only.
-        ToolError
-            As `Leaning.of`.
         """
         found = Leaning.of(tool, Constraints.of(Bounds.of(self)))
         if found.turns_in_place:

@@ -10,6 +10,7 @@ import numpy as np
 
 from fiveaxis.base import Array, IntArray, angle_between
 from fiveaxis.cam.mesh.cad.model import Model
+from fiveaxis.cam.mesh.surface import units
 
 # mm: ends of lines at most this far apart meet. Edges of files are off their surfaces by less.
 JOIN = 0.02
@@ -138,11 +139,8 @@ class Tracer:
         """Follow the lines of a face at values of its other parameter, on to its neighbours too.
 
         On each of them a line takes the parameter that keeps its heading. It comes to every face once at
-        most, so that lines whose ends don't meet after a way around don't go on for ever.
-
-        Returns
-        -------
-        The chains of each value; none where the line lies outside of the face
+        most, so that lines whose ends don't meet after a way around don't go on for ever. The chains of each
+        value are returned, none where the line lies outside of the face.
         """
         lines = [(k, line) for k, v in enumerate(values) for line in self._lines(face, along, float(v))]
         reached = {(k, face) for k, _ in lines}
@@ -151,7 +149,7 @@ class Tracer:
         while tried < len(lines):
             # The start and the end of each line, two rows for each.
             ends = Places.on(self.model, [line for _, line in lines], np.array([0.0, 1.0]))
-            out = np.resize([-1.0, 1.0], len(ends.width))[:, None] * _units(ends.heading)
+            out = np.resize([-1.0, 1.0], len(ends.width))[:, None] * units(ends.heading)
             joined = self._join(ends, out, np.repeat([k for k, _ in lines], 2))
             loose = [row for row in range(2 * tried, 2 * len(lines)) if row not in joined]
             tried = len(lines)
@@ -221,7 +219,7 @@ class Tracer:
         foot = self.model.nearest(ends.points[rows], faces)
         turn = angle_between(foot.normal, ends.normals[rows])
         values = self.model.evaluate(faces, foot.uv)
-        pull = np.abs(np.einsum("nik,nk->ni", _units(values[:, 1:3]), out[rows]))
+        pull = np.abs(np.einsum("nik,nk->ni", units(values[:, 1:3]), out[rows]))
         meets = (foot.distance <= JOIN) & (turn <= self.crease) & (pull.max(axis=1) >= np.cos(self.crease))
         added: list[tuple[int, Line]] = []
         for k in np.flatnonzero(meets):
@@ -251,9 +249,3 @@ def _chains(lines: Sequence[tuple[int, Line]], joined: dict[int, int]) -> Iterat
             row = joined.get(row ^ 1, -1)
         if run:
             yield lines[start // 2][0], Chain(run, row == start)
-
-
-def _units(vectors: Array) -> Array:
-    """Return vectors, (..., 3), with length 1; at a pole they have none, and stay 0."""
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.asarray(np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0.0))

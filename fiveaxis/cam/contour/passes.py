@@ -14,8 +14,7 @@ import numpy as np
 from fiveaxis.base import Array, BoolArray, Finding, IntArray, Place, Severity, angle_between
 from fiveaxis.cam.contour.ball_space import BallSpace, PassEnd
 from fiveaxis.cam.contour.contacts import Contacts
-from fiveaxis.cam.contour.options import FLATTEST_WALL, Walls
-from fiveaxis.cam.mesh.surface import SHARP_EDGE
+from fiveaxis.cam.contour.options import FLATTEST_WALL, PlanOptions
 
 # Reasons, which are also what is counted.
 GOUGING = "contacts where the ball would gouge"
@@ -72,11 +71,7 @@ class LeftOut:
     def findings(self, space: BallSpace, reached: int, name: str) -> tuple[Finding, ...]:
         """Return the finding on contacts that no pass reaches: an error if they are most of all contacts.
 
-        Parameters
-        ----------
-        space : where the ball fits
-        reached : contacts of the passes
-        name : of the mesh
+        `reached` are the contacts of the passes, `name` is that of the mesh.
         """
         numbers = self.unreached
         lost = sum(numbers.values())
@@ -156,48 +151,29 @@ class Pass:
         return Pass(self.contacts.take(order, closed=False), self.centres[order])
 
 
-def split_passes(
-    contacts: Contacts,
-    space: BallSpace,
-    walls: Walls,
-    *,
-    spacing: float,
-    crease: float = SHARP_EDGE,
-) -> tuple[list[Pass], LeftOut]:
+def split_passes(contacts: Contacts, space: BallSpace, options: PlanOptions) -> tuple[list[Pass], LeftOut]:
     """Keep the contacts on walls that the ball can touch, and split where it can't continue.
 
-    Two neighbours stay in one pass if the normal turns by at most the crease angle, the straight move between
-    them is clear and, where contacts between them were removed, the ball's centre moves by at most `spacing`.
-    The facets of a fillet then don't split a pass, but an inner corner does.
-
-    Parameters
-    ----------
-    contacts : along one section curve
-    space : where the ball fits
-    walls : which contacts to keep
-    spacing : mm, of contacts
-    crease : rad
-
-    Returns
-    -------
-    passes : in the order of the curve
-    left_out : what was removed
+    Two neighbours stay in one pass if the normal turns by at most the crease angle, the straight move
+    between them is clear and, where contacts between them were removed, the ball's centre moves by at most
+    the spacing. The facets of a fillet then don't split a pass, but an inner corner does. Returned are the
+    passes in the order of the section curve, and what was removed.
     """
     centres = contacts.points + space.radius * contacts.normals
-    wall = walls.keep(contacts.normals) | contacts.rolling
+    wall = options.is_wall(contacts.normals) | contacts.rolling
     kept = wall & space.fits(centres)
     left_out = LeftOut.of(GOUGING, contacts, wall & ~kept)
     rows = np.flatnonzero(kept)
     if not len(rows):
         return [], left_out
-    joined = _continues(contacts, centres, rows, space, spacing, crease)
+    joined = _continues(contacts, centres, rows, space, options)
     closed = bool(joined.all())
     # A closed pass keeps all of its rolling rows, even those beside the curve's seam.
     runs = [rows] if closed else _runs(rows, joined, contacts.rolling)
     passes = []
     for run in runs:
         length = _length(contacts.points[run], closed=closed)
-        if (~contacts.rolling[run]).sum() < FEWEST_CONTACTS or length < spacing:
+        if (~contacts.rolling[run]).sum() < FEWEST_CONTACTS or length < options.spacing:
             left_out += LeftOut.of_pass(SHORT, contacts.take(run, closed=False))
         else:
             passes.append(Pass(contacts.take(run, closed=closed), centres[run]))
@@ -205,14 +181,14 @@ def split_passes(
 
 
 def _continues(
-    contacts: Contacts, centres: Array, rows: IntArray, space: BallSpace, spacing: float, crease: float
+    contacts: Contacts, centres: Array, rows: IntArray, space: BallSpace, options: PlanOptions
 ) -> BoolArray:
     """Check whether each kept row continues to the next one, and the last to the first, (k,)."""
     after = np.roll(rows, -1)
     adjacent = (after - rows) % len(contacts) == 1
     moved = np.linalg.norm(centres[after] - centres[rows], axis=1)
-    gentle = angle_between(contacts.normals[rows], contacts.normals[after]) <= crease
-    joined: BoolArray = gentle & (adjacent | (moved <= spacing))
+    gentle = angle_between(contacts.normals[rows], contacts.normals[after]) <= np.radians(options.crease)
+    joined: BoolArray = gentle & (adjacent | (moved <= options.spacing))
     joined[-1] &= contacts.closed
     joined[joined] = space.chords_fit(centres[rows[joined]], centres[after[joined]])
     return joined
@@ -237,16 +213,7 @@ def neighbours(upper: Sequence[Pass], lower: Sequence[Pass], farthest: float) ->
     """Pair the passes of two neighbouring levels that lie next to each other on one wall.
 
     Two passes are neighbours if, for some contact of one, the nearest contact in the other's level lies on
-    the other, close enough to be on the same wall.
-
-    Parameters
-    ----------
-    upper, lower : passes of each level
-    farthest : mm, largest distance of neighbouring passes
-
-    Returns
-    -------
-    Pairs of indices: upper pass, lower pass
+    the other, not farther than passes of one wall may be, mm. The pairs are indices: upper pass, lower pass.
     """
     if not upper or not lower:
         return set()

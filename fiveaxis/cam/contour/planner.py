@@ -11,7 +11,7 @@ import numpy as np
 
 from fiveaxis.base import Array, Infeasible, IntArray, MeshError, MeshSource, Unit, keywords_of
 from fiveaxis.cam.contour.ball_space import BallSpace, Linker
-from fiveaxis.cam.contour.contacts import Contacts, sample_loop
+from fiveaxis.cam.contour.contacts import Contacts, Sampling, sample_loop
 from fiveaxis.cam.contour.flow import flow_lines
 from fiveaxis.cam.contour.leaning import Leaning
 from fiveaxis.cam.contour.linking import (
@@ -36,7 +36,6 @@ from fiveaxis.cam.mesh.loading import (
     other_sizes,
     size_findings,
     size_text,
-    take_mesh,
 )
 from fiveaxis.cam.mesh.surface import Surface
 from fiveaxis.model import MoveKind, Tool, Toolpath, divide
@@ -133,14 +132,7 @@ def plan_passes(
     unit = options.unit
     leaning = options.leaning(tool)
     name = str(part) if isinstance(part, str | Path) else "mesh"
-    mesh = take_mesh(
-        part,
-        name=name,
-        unit=unit,
-        allow_open=options.allow_open,
-        mesh_tolerance=options.mesh_tolerance,
-        body=options.body,
-    )
+    mesh = options.mesh(part, name)
     model = mesh.model
     surface = Surface.from_mesh(mesh, crease=np.radians(options.crease), model=model)
     chosen = surface if options.faces is None else surface.part(of_faces(model, options.faces, name))
@@ -156,11 +148,12 @@ def plan_passes(
             file=name,
         )
     space = BallSpace(TriangleTree.build(surface.triangles), leaning.ball, model)
-    levels, farthest, left_out = _cut_levels(chosen, space, options, leaning, name)
+    sampling = Sampling(leaning.ball, options.spacing, leaning.roundest)
+    levels, farthest, left_out = _cut_levels(chosen, space, options, leaning, sampling, name)
     outer = leaning.outer
     linker = Linker(replace(space, radius=outer), surface.bounds, options.clearance, outer - space.radius)
     if options.spiral:
-        turns = Turns(chosen, space, options.spacing, leaning.roundest)
+        turns = Turns(chosen, space, sampling)
         levels, apart = join_spirals(levels, turns, farthest, lambda ring: free_start(ring, linker))
         left_out += apart
     opened = _opened(levels, farthest, linker, options)
@@ -183,30 +176,27 @@ def _cut_levels(
     space: BallSpace,
     options: PlanOptions,
     leaning: Leaning,
+    sampling: Sampling,
     name: str,
 ) -> tuple[list[list[Pass]], list[float], LeftOut]:
     """Find the passes of every section or line, in cutting order, and how far apart neighbours may be, mm."""
     curves: Iterable[list[Contacts]]
-    spacing = options.spacing * (SPIRAL_SPACING if options.spiral else 1.0)
+    if options.spiral:
+        sampling = replace(sampling, spacing=SPIRAL_SPACING * options.spacing)
     if options.strategy == "flow":
-        curves, farthest = flow_lines(surface, options, leaning, spacing, name)
+        curves, farthest = flow_lines(surface, options, leaning, sampling, name)
     else:
         turned = surface if options.strategy == "waterline" else surface.turned(options.frame)
         heights = _heights(surface, turned, leaning, options)
-        curves = (_section(surface, turned, options, leaning, spacing, height) for height in heights)
+        curves = (_section(surface, turned, options, sampling, height) for height in heights)
         farthest = (FARTHEST * -np.diff(heights)).tolist()
     levels = []
     left_out = LeftOut()
     for done, level in enumerate(curves, start=1):
         passes: list[Pass] = []
         for contacts in level:
-            found, lost = split_passes(
-                contacts.reversed() if options.backward else contacts,
-                space,
-                options.walls,
-                spacing=options.spacing,
-                crease=surface.crease,
-            )
+            along = contacts.reversed() if options.backward else contacts
+            found, lost = split_passes(along, space, options)
             passes += found
             left_out += lost
         levels.append(passes)
@@ -219,7 +209,7 @@ def _heights(surface: Surface, turned: Surface, leaning: Leaning, options: PlanO
     """Return the heights of the sections in their own frame, mm."""
     if options.scallop is None:
         return section_levels(turned, float(options.step or 0.0))
-    kept = options.walls.keep(surface.facet_normals) & (np.linalg.norm(surface.facet_normals, axis=1) > 0.5)
+    kept = options.is_wall(surface.facet_normals) & (np.linalg.norm(surface.facet_normals, axis=1) > 0.5)
     radius: float | Array = leaning.ball
     if not leaning.turns_in_place:
         strips = leaning.strip_radius(options.scallop, level_curvature(turned))
@@ -228,15 +218,12 @@ def _heights(surface: Surface, turned: Surface, leaning: Leaning, options: PlanO
 
 
 def _section(
-    surface: Surface, turned: Surface, options: PlanOptions, leaning: Leaning, spacing: float, height: float
+    surface: Surface, turned: Surface, options: PlanOptions, sampling: Sampling, height: float
 ) -> list[Contacts]:
     """Place contacts along the curves of a section, which lie in descending order along their normal."""
     loops = section_loops(turned, height)
     curves = loops if turned is surface else [loop.turned(options.frame.T) for loop in loops]
-    found = (
-        sample_loop(curve, surface, radius=leaning.ball, spacing=spacing, roundest=leaning.roundest)
-        for curve in curves
-    )
+    found = (sample_loop(curve, surface, sampling) for curve in curves)
     return [contacts for contacts in found if contacts is not None]
 
 

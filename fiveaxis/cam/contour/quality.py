@@ -8,24 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fiveaxis.base import (
-    MESH_TOLERANCE,
-    SURFACE_TOLERANCE,
-    Array,
-    BoolArray,
-    IntArray,
-    MeshSource,
-    Strategy,
-    Unit,
-    normalise,
-    product,
-)
+from fiveaxis.base import SURFACE_TOLERANCE, Array, BoolArray, IntArray, MeshSource, normalise, product
 from fiveaxis.cam.contour.ball_space import CHORD_GOUGE
-from fiveaxis.cam.contour.options import PlanOptions, Walls
+from fiveaxis.cam.contour.options import PlanOptions
 from fiveaxis.cam.mesh.cad.choice import of_faces
 from fiveaxis.cam.mesh.cad.model import Model
 from fiveaxis.cam.mesh.distance import TriangleTree, tree_of
-from fiveaxis.cam.mesh.loading import mesh_size, take_mesh
+from fiveaxis.cam.mesh.loading import mesh_size
 from fiveaxis.cam.mesh.mesh import Mesh
 from fiveaxis.cam.mesh.surface import facet_normals
 from fiveaxis.model import Toolpath
@@ -74,19 +63,7 @@ class PlanReport:
     part_size: Array
 
 
-def path_quality(
-    toolpath: Toolpath,
-    part: MeshSource,
-    *,
-    strategy: Strategy = "waterline",
-    raster_angle: float | None = None,
-    overhang: bool = False,
-    faces: str | None = None,
-    unit: Unit | None = None,
-    allow_open: bool = False,
-    mesh_tolerance: float = MESH_TOLERANCE,
-    body: str | None = None,
-) -> PlanReport:
+def path_quality(toolpath: Toolpath, part: MeshSource, options: PlanOptions | None = None) -> PlanReport:
     """Measure ridges and chords of a path of contacts.
 
     In the section normal to the feed at a contact, the outlines of the balls of this pass and its neighbour
@@ -101,19 +78,17 @@ def path_quality(
     ----------
     toolpath : with contacts and normals at its cuts and, unless the cutter is a ball, with tool axes
     part : mesh file or mesh, workpiece frame
-    strategy, raster_angle, overhang, faces : as given to `plan_contour`; they select the walls that count
-    unit, mesh_tolerance, body : of the part's file, as of `load_mesh`
-    allow_open : accept a mesh that isn't watertight
+    options : with which it was planned; they say how the part is read, and select the walls that count
 
     Raises
     ------
     SettingError
-        An unknown strategy, an angle without a raster, or faces that there are none of.
+        Faces that there are none of.
     MeshError
         The mesh can't be read.
     """
-    mesh = take_mesh(part, unit=unit, allow_open=allow_open, mesh_tolerance=mesh_tolerance, body=body)
-    options = PlanOptions(strategy=strategy, raster_angle=raster_angle, overhang=overhang, faces=faces)
+    options = options or PlanOptions()
+    mesh = options.mesh(part)
     measured = _Part.of(mesh, options)
     cuts = _Cuts.of(toolpath, measured)
     known = toolpath.zone.offset == 0.0 or cuts.strips is not None
@@ -142,14 +117,14 @@ class _Part:
     tree : of the mesh
     facets : (t, 3), its normals
     cut : (t,), triangles of the faces to be cut
-    walls : those of them that count
+    options : which of them count
     model : the exact surfaces, where they are known
     """
 
     tree: TriangleTree
     facets: Array
     cut: BoolArray
-    walls: Walls
+    options: PlanOptions
     model: Model | None
 
     @classmethod
@@ -157,7 +132,7 @@ class _Part:
         model, facets = mesh.model, facet_normals(mesh.triangles)
         every = np.ones(len(facets), dtype=bool)
         cut = every if options.faces is None else of_faces(model, options.faces, "mesh")
-        return cls(tree_of(mesh), facets, cut, options.walls, model)
+        return cls(tree_of(mesh), facets, cut, options, model)
 
     def nearest(self, points: Array) -> tuple[Array, Array, BoolArray]:
         """Find the nearest points and their normals, (n, 3) each, and whether they are to be cut, (n,)."""
@@ -169,7 +144,7 @@ class _Part:
             cut = np.isin(exact.face, np.unique(self.model.owner[self.cut]))
             # Beyond the border of a face there is none.
             cut &= ~exact.on_border | (np.sum((points - foot) * normals, axis=1) > ABOVE * exact.distance)
-        return foot, normals, cut & self.walls.keep(normals)
+        return foot, normals, cut & self.options.is_wall(normals)
 
     def distances(self, points: Array, bound: float) -> Array:
         """Compute distances, (n,) mm, as far as they decide whether points are within a bound."""
@@ -295,8 +270,8 @@ def _between(
 
     Returns
     -------
-    foot, normals, wall, height : below each ridge, as of `_Part.nearest`, and its height above it, mm;
-        infinite where no cutter goes by on one side, as at the end of a pass
+    As of `_Part.nearest` below each ridge, and its height above it, mm; infinite where no cutter goes by on
+    one side, as at the end of a pass
     """
     low, high = np.zeros(len(up)), np.ones(len(up))
     for _ in range(HALVINGS):

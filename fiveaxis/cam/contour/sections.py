@@ -30,7 +30,7 @@ from numpy.typing import ArrayLike
 
 from fiveaxis.base import Array, BoolArray, IntArray, angle_between, arcsin, product
 from fiveaxis.cam.contour.options import FLATTEST_WALL
-from fiveaxis.cam.mesh.surface import Surface
+from fiveaxis.cam.mesh.surface import Surface, units
 
 # mm: a level this near to vertices would run along the edges between them.
 VERTEX_DISTANCE = 1e-6
@@ -48,16 +48,11 @@ BINS_PER_STEP, MOST_BINS = 4, 50_000
 
 
 def section_levels(surface: Surface, step: float) -> Array:
-    """Choose equally spaced heights of the sections, mm, from the top down.
+    """Choose heights of the sections, mm, equally spaced by a step, from the top down.
 
     The first lies half a step below the top, so no section lies in the part's top or bottom face. A level
     that meets vertices is shifted by a hundredth of a step or two, since a section along a ring of vertices
     would lie in no triangle.
-
-    Parameters
-    ----------
-    surface : the part, in the section frame
-    step : mm
     """
     bottom, top = surface.bounds[:, 2]
     count = max(1, int(np.floor((top - bottom) / step + 0.5)))
@@ -77,11 +72,9 @@ def scallop_levels(
 
     Parameters
     ----------
-    surface : the part, in the section frame
-    walls : (f,), triangles that count
+    surface, walls : the part, in the section frame, and which of its triangles count, (f,)
     radius : mm, of the ball; or (f,), of the strip that another cutter cuts at each triangle
-    scallop : mm, the highest ridge
-    step : mm, largest distance of levels
+    scallop, step : mm, the highest ridge, and the largest distance of levels
     """
     edges, rate = _steps_per_height(surface, walls, radius, scallop)
     if step is not None:
@@ -99,16 +92,12 @@ def scallop_levels(
 
 
 def scallop_step(radius: float | Array, scallop: float, curvature: ArrayLike = 0.0) -> Array:
-    """Compute the distance of passes, along the surface, that leaves ridges of a given height.
+    """Compute the distance of passes, mm along the surface, that leaves ridges of a given height.
 
     Parameters
     ----------
     radius, scallop : mm, of the ball and the ridge
     curvature : 1/mm, of the surface across the passes, positive where it is convex; above ``−1/radius``
-
-    Returns
-    -------
-    mm, by the formula of the module
     """
     k = np.asarray(curvature, dtype=float)
     chord = np.sqrt((2.0 * radius * scallop - scallop**2) / ((1.0 + k * radius) * (1.0 + k * scallop)))
@@ -159,9 +148,7 @@ def level_curvature(surface: Surface) -> Array:
 def _climb(surface: Surface) -> Array:
     """Return the steepest direction in each triangle, (f, 3) unit vectors; 0 in horizontal ones."""
     facet = surface.facet_normals
-    climb = np.array([0.0, 0.0, 1.0]) - facet[:, 2:] * facet
-    length = np.linalg.norm(climb, axis=1, keepdims=True)
-    return np.divide(climb, length, out=np.zeros_like(climb), where=length > 1e-6)
+    return units(np.array([0.0, 0.0, 1.0]) - facet[:, 2:] * facet, 1e-6)
 
 
 def _curvature(surface: Surface, along: Array) -> Array:
@@ -237,20 +224,12 @@ class Loop:
 
 
 def section_loops(surface: Surface, level: float) -> list[Loop]:
-    """Cut the surface at a height and chain the segments.
+    """Cut the surface at a height, mm, and chain the segments.
 
     Vertices on the level count as above it, so every crossed triangle has one edge that rises through the
     level and one that falls. Neighbours are found by the edges they share, without a tolerance. On an open
-    mesh a chain ends where a neighbour is missing.
-
-    Parameters
-    ----------
-    surface : the part
-    level : mm
-
-    Returns
-    -------
-    Loops in a fixed order: open chains first, then closed ones, each by its first triangle
+    mesh a chain ends where a neighbour is missing. Open chains come first, then closed ones, each by its
+    first triangle.
     """
     low, high = surface.heights
     crossed = np.flatnonzero((low < level) & (high >= level))

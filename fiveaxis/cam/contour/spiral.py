@@ -18,7 +18,7 @@ import numpy as np
 
 from fiveaxis.base import Array, IntArray, angle_between
 from fiveaxis.cam.contour.ball_space import BallSpace
-from fiveaxis.cam.contour.contacts import Contacts, placed_normals
+from fiveaxis.cam.contour.contacts import Contacts, Sampling
 from fiveaxis.cam.contour.passes import LeftOut, Pass, neighbours
 from fiveaxis.cam.mesh.distance import TriangleTree
 from fiveaxis.cam.mesh.surface import Surface
@@ -36,15 +36,10 @@ def join_spirals(
 
     Parameters
     ----------
-    levels : passes by level, from the top down
+    levels : passes by level, from the top down; a spiral replaces its first ring, and its others are gone
     turns : finds the turns from ring to ring
     farthest : mm, largest distance of neighbouring passes of each level and the next
     start : chooses the row at which the first ring of a spiral is opened
-
-    Returns
-    -------
-    levels : a spiral replaces its first ring; its other rings are gone
-    left_out : number of closed passes that no spiral joins to the next
     """
     found: list[list[Pass | None]] = [list(level) for level in levels]
     apart = 0
@@ -109,14 +104,12 @@ class Turns:
     ----------
     surface : what is cut of the part
     space : where the ball fits
-    spacing : mm, largest distance of contacts
-    roundest : mm, as for `placed_normals`
+    sampling : of contacts
     """
 
     surface: Surface
     space: BallSpace
-    spacing: float
-    roundest: float | None = None
+    sampling: Sampling
 
     @cached_property
     def tree(self) -> TriangleTree:
@@ -124,17 +117,10 @@ class Turns:
         return TriangleTree.build(self.surface.triangles)
 
     def between(self, upper: Pass, lower: Pass) -> tuple[Pass, Pass] | None:
-        """Find the turn from one ring to the next.
+        """Find the turn from one ring, opened, whose last row repeats its first, to the next, a closed one.
 
-        Parameters
-        ----------
-        upper : opened; its last row repeats its first
-        lower : closed
-
-        Returns
-        -------
-        turn : rows between the starts of both rings
-        opened : the lower ring, opened where the turn ends; None for both if the ball can't follow
+        Returned are the rows between the starts of both rings, and the lower ring, opened where the turn
+        ends; None if the ball can't follow.
         """
         touching = lower.touching()
         away = np.linalg.norm(lower.centres[touching] - upper.centres[0], axis=1)
@@ -152,7 +138,7 @@ class Turns:
         for _ in range(HALVINGS):
             turn = _chained([start, self._projected(between), end])
             gaps = np.linalg.norm(np.diff(turn.contacts.points, axis=0), axis=1)
-            wide = np.flatnonzero(gaps > self.spacing * (1.0 + 1e-9))
+            wide = np.flatnonzero(gaps > self.sampling.spacing * (1.0 + 1e-9))
             if not len(wide):
                 break
             between = _halved(start.contacts, between, end.contacts, wide)
@@ -167,7 +153,7 @@ class Turns:
         turned = angle_between(kept.contacts.normals[:-1], kept.contacts.normals[1:])
         moved = np.linalg.norm(np.diff(kept.centres, axis=0), axis=1)
         bridged = np.where(np.diff(rows) > 1, moved, 0.0)
-        if turned.max() > self.surface.crease or bridged.max() > self.spacing:
+        if turned.max() > self.surface.crease or bridged.max() > self.sampling.spacing:
             return None
         clear = self.space.chords_fit(kept.centres[:-1], kept.centres[1:]).all()
         return kept.between(1, len(kept) - 1) if clear else None
@@ -182,7 +168,7 @@ class Turns:
         facets = surface.facet_normals[triangle]
         foot, smoothed = surface.onto(foot, triangle)
         if surface.model is None:
-            normals, smooth = placed_normals(facets, smoothed, radius, self.roundest)
+            normals, smooth = self.sampling.placed(facets, smoothed)
         else:
             normals = smooth = smoothed
         keep = near.rolling | (angle_between(facets, near.normals) > surface.crease)

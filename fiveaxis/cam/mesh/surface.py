@@ -98,9 +98,7 @@ class Surface:
 
         Triangles without area have the normal 0.
         """
-        blend = np.einsum("ik,ikj->ij", self._weights(points, faces), self.corner_normals[faces])
-        length = np.linalg.norm(blend, axis=1, keepdims=True)
-        return np.asarray(np.divide(blend, length, out=np.zeros_like(blend), where=length > 0.0))
+        return units(np.einsum("ik,ikj->ij", self._weights(points, faces), self.corner_normals[faces]))
 
     def on_crease(self, points: Array, faces: IntArray) -> BoolArray:
         """Check which points of triangles, (n, 3) mm and (n,), lie on sharp edges or their ends."""
@@ -145,6 +143,12 @@ class Surface:
         return np.array([self.vertices.min(axis=0), self.vertices.max(axis=0)])
 
 
+def units(vectors: Array, least: float = 0.0) -> Array:
+    """Scale vectors, (..., 3), to length 1; those no longer than the least become 0."""
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.asarray(np.divide(vectors, length, out=np.zeros_like(vectors), where=length > least))
+
+
 def barycentric(points: Array, triangles: Array) -> Array:
     """Compute the barycentric coordinates of points in triangles, (n, 3) mm and (n, 3, 3) mm; (n, 3)."""
     a, b, c = np.moveaxis(triangles, 1, 0)
@@ -166,13 +170,7 @@ def facet_normals(triangles: Array) -> Array:
 
 
 def make_patches(points: Array, normals: Array, size: float) -> Mesh:
-    """Return a triangle in the tangent plane at each point.
-
-    Parameters
-    ----------
-    points, normals : (n, 3), mm and unit vectors
-    size : mm, of the legs of each triangle
-    """
+    """Return a triangle with legs of a size, mm, in the tangent plane at each point, (n, 3) mm."""
     beside = np.where(np.abs(normals[:, :1]) < 0.9, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
     u = normalise(np.cross(normals, beside))
     corners = np.stack([points, points + size * u, points + size * np.cross(normals, u)], axis=1)
@@ -181,25 +179,14 @@ def make_patches(points: Array, normals: Array, size: float) -> Mesh:
 
 
 def corner_normals(vertices: Array, faces: IntArray, facets: Array, crease: float = SHARP_EDGE) -> Array:
-    """Smooth the normals at the corners of triangles.
+    """Smooth the normals at the corners of triangles; (f, 3, 3), unit vectors by face and corner.
 
     The normal of face f at vertex v is a weighted mean of the normals of the faces around v that are within
-    the crease angle of the normal of f, so a crease keeps both its normals. A face of area A whose corner at
-    v has the angle α weighs ``α max(1, A / (4 H))³``, where H is the harmonic mean of the areas there,
-    weighted by the angles. Among faces alike that is their angle. A face much larger than the others is flat
-    and meets a rounding, whose normals at their common edge are its own: without the second factor it would
-    seem to bulge by half the angle to the rounding's first facet.
-
-    Parameters
-    ----------
-    vertices : (v, 3), mm
-    faces : (f, 3), indices of vertices
-    facets : (f, 3), unit vectors or zero
-    crease : rad
-
-    Returns
-    -------
-    (f, 3, 3), unit vectors by face and corner
+    the crease angle, rad, of the normal of f, so a crease keeps both its normals. A face of area A whose
+    corner at v has the angle α weighs ``α max(1, A / (4 H))³``, where H is the harmonic mean of the areas
+    there, weighted by the angles. Among faces alike that is their angle. A face much larger than the others
+    is flat and meets a rounding, whose normals at their common edge are its own: without the second factor it
+    would seem to bulge by half the angle to the rounding's first facet.
     """
     from fiveaxis.cam.mesh import kernels  # numba is slow to load
 
@@ -209,10 +196,8 @@ def corner_normals(vertices: Array, faces: IntArray, facets: Array, crease: floa
     angles = _by_parts(corner_angles, vertices, faces).reshape(-1)
     areas = _by_parts(triangle_areas, vertices, faces)
     total = kernels.sums_near(order, first, angles, facets, areas, float(np.cos(crease)))
-    length = np.linalg.norm(total, axis=1, keepdims=True)
     # Triangles without area have no corner angles, so their corner normals stay zero.
-    smooth: Array = np.divide(total, length, out=np.zeros_like(total), where=length > 0.0)
-    return smooth.reshape(-1, 3, 3)
+    return units(total).reshape(-1, 3, 3)
 
 
 def corner_angles(triangles: Array) -> Array:

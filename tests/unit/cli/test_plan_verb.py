@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 import fiveaxis
 from fiveaxis.base.errors import Infeasible
-from fiveaxis.cam import path_quality
+from fiveaxis.cam import PlanOptions, path_quality
 from fiveaxis.cli.commands import app
 from fiveaxis.job import make_job, read_job, run_job
 from fiveaxis.job.loading import load_job_toolpath
@@ -57,7 +57,7 @@ def test_options_have_the_names_of_the_keywords_and_of_the_job_files_keys(option
 def test_a_plan_prints_the_ridges_and_chords_that_were_measured():
     document = json.loads(plan(*words(SPIRAL), "--json").stdout)
     path = load_job_toolpath(make_job(input=PART, tool="ball:8", plan=SPIRAL))
-    measured = path_quality(path, PART, overhang=True)
+    measured = path_quality(path, PART, PlanOptions(overhang=True))
     assert document["scallop_largest_mm"] == pytest.approx(measured.scallop_largest, abs=1e-6)
     assert document["scallop_mean_mm"] == pytest.approx(measured.scallop_mean, abs=1e-6)
     assert document["chord_error_mm"] == pytest.approx(measured.chord_largest, abs=1e-6)

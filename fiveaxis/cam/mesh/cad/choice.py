@@ -22,7 +22,7 @@ from fiveaxis.base import (
 from fiveaxis.cam.mesh.cad.model import Model
 from fiveaxis.cam.mesh.cad.records import Face
 
-# A wall overhangs where its normal points at least this far below the horizontal, as the planner takes it.
+# A wall overhangs where its normal points at least this far below the horizontal.
 LEAST_OVERHANG = np.radians(1.0)
 # 1/mm: hollows that are flatter are planes with rounding errors.
 FLAT = 1e-6
@@ -33,10 +33,7 @@ MOST = 0.5
 def of_faces(model: Model | None, text: str, name: str) -> BoolArray:
     """Check which triangles of a model, (t,), are of the faces that users mean (`find_faces`).
 
-    Raises
-    ------
-    SettingError
-        There is no model: a mesh has no faces; or as `find_faces`.
+    `SettingError` if there is no model: a mesh has no faces; or as `find_faces`.
     """
     if model is None:
         raise SettingError(
@@ -61,11 +58,7 @@ def find_faces(model: Model, text: str, name: str) -> tuple[int, ...]:
 def uncut_findings(model: Model, text: str, contacts: Array, name: str) -> tuple[Finding, ...]:
     """Return the finding that chosen faces have no contact: an error if they are most of what was chosen.
 
-    Parameters
-    ----------
-    text : as of `find_faces`
-    contacts : (n, 3), mm, of the passes
-    name : of the part's file
+    `text` is as of `find_faces`, `contacts` are (n, 3) mm of the passes.
     """
     chosen = [model.faces[i] for i in find_faces(model, text, name)]
     touched = {model.faces[i].number for i in np.unique(model.nearest(contacts).face)}

@@ -3,7 +3,7 @@ import pytest
 import trimesh
 
 from fiveaxis.base import angle_between
-from fiveaxis.cam.contour.contacts import lean_normals, sample_loop, turn_between
+from fiveaxis.cam.contour.contacts import Sampling, lean_normals, sample_loop, turn_between
 from fiveaxis.cam.contour.sections import section_loops
 from fiveaxis.cam.mesh.surface import Surface
 
@@ -11,7 +11,7 @@ from fiveaxis.cam.mesh.surface import Surface
 def contacts_of(mesh: trimesh.Trimesh, *, level: float, radius: float = 3.0, spacing: float = 0.5):
     surface = Surface.from_mesh(mesh)
     (loop,) = section_loops(surface, level)
-    return sample_loop(loop, surface, radius=radius, spacing=spacing)
+    return sample_loop(loop, surface, Sampling(radius, spacing))
 
 
 def test_turning_by_a_share_splits_the_angle():

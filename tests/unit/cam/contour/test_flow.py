@@ -78,7 +78,7 @@ def test_contacts_lie_on_closed_forms_and_ridges_are_as_high_as_asked(parts, nam
     distance, normal = form(path.contact[path.cutting])
     assert np.abs(distance).max() < OFF
     assert np.degrees(angle_between(path.normal[path.cutting], normal)).max() < TURNED
-    found = path_quality(path, part, strategy="flow", faces="1")
+    found = path_quality(path, part, PlanOptions(strategy="flow", faces="1"))
     assert found.scallop_largest == pytest.approx(scallop, rel=0.05)
     left = left_over(path, part.model, [0])
     assert left.max() < 1.06 * scallop
@@ -108,7 +108,7 @@ def test_other_cutters_leave_no_higher_ridges_and_not_much_lower_ones(
     x, y, z = path.contact.T
     narrow = {"sphere": np.abs(z) > 9.0, "torus": np.hypot(x, y) < 12.0}.get(name, np.zeros(len(x), bool))
     kept = path.with_links(~path.cutting | narrow)
-    found = path_quality(leaned(kept, 6.0, 0.5), part, strategy=strategy, faces="1")
+    found = path_quality(leaned(kept, 6.0, 0.5), part, PlanOptions(strategy=strategy, faces="1"))
     assert found.scallop_largest < 1.05 * scallop
     assert found.scallop_mean > least * scallop
 
@@ -123,7 +123,8 @@ def test_trimmed_faces_are_cut_up_to_slanted_borders_and_round_holes(parts, alon
         part, Tool.ball(6), strategy="flow", flow_along=along, faces=str(walls[0] + 1), scallop=scallop
     )
     assert left_over(path, exact, walls).max() < 1.06 * scallop
-    assert path_quality(path, part, strategy="flow", faces=str(walls[0] + 1)).scallop_largest < 1.06 * scallop
+    found = path_quality(path, part, PlanOptions(strategy="flow", faces=str(walls[0] + 1)))
+    assert found.scallop_largest < 1.06 * scallop
 
 
 def test_a_blade_of_four_faces_is_cut_around(parts):
@@ -149,7 +150,8 @@ def test_one_spiral_winds_around_a_blade_and_leaves_no_higher_ridges(parts):
     # Where faces meet, at whole numbers of u, their normals differ a little.
     inside = np.abs(foot.uv[:, 0] - np.round(foot.uv[:, 0])) > 1e-6
     assert np.degrees(angle_between(foot.normal, path.normal[path.cutting]))[inside].max() < TURNED
-    assert path_quality(path, part, strategy="flow", faces=BLADE).scallop_largest < 1.05 * 0.05
+    found = path_quality(path, part, PlanOptions(strategy="flow", faces=BLADE))
+    assert found.scallop_largest < 1.05 * 0.05
 
 
 def test_along_the_other_parameter_passes_run_from_root_to_tip(parts):

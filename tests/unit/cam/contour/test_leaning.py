@@ -7,7 +7,7 @@ from support.leaned_paths import leaned
 
 from fiveaxis.base import normalise
 from fiveaxis.base.errors import SettingError, ToolError
-from fiveaxis.cam import path_quality, plan_contour, tree_of
+from fiveaxis.cam import PlanOptions, path_quality, plan_contour, tree_of
 from fiveaxis.model import Toolpath, parse_tool
 
 CUTTERS = ["ball:6", "bull:10:2", "bull:10:0.5", "flat:10"]
@@ -84,7 +84,7 @@ def test_planned_ridges_on_a_floor_have_the_height_asked_for(tool):
     path = plan_contour(floor, parse_tool(tool), strategy="raster", scallop=0.02, spacing=2.0, **BOUNDS)
     top = np.flatnonzero(path.cutting & (np.abs(path.contact[:, 2] - 10.0) < 1e-6))
     path = path.at(top).with_links(np.append(True, np.diff(top) != 1))
-    found = path_quality(leaned(path, 6.0, 0.5), floor, strategy="raster")
+    found = path_quality(leaned(path, 6.0, 0.5), floor, PlanOptions(strategy="raster"))
     assert 0.9 * 0.02 <= found.scallop_mean <= 1.05 * 0.02
 
 

@@ -10,14 +10,12 @@ from fiveaxis.base.errors import Infeasible
 from fiveaxis.base.findings import Severity
 from fiveaxis.cam import TriangleTree, plan_contour, tree_of
 from fiveaxis.cam.contour.ball_space import GOUGE, BallSpace
-from fiveaxis.cam.contour.contacts import Contacts, sample_loop
-from fiveaxis.cam.contour.options import Walls
+from fiveaxis.cam.contour.contacts import Contacts, Sampling, sample_loop
+from fiveaxis.cam.contour.options import PlanOptions
 from fiveaxis.cam.contour.passes import split_passes
 from fiveaxis.cam.contour.sections import section_loops
 from fiveaxis.cam.mesh.surface import Surface
 from fiveaxis.model import Tool
-
-UP = np.array([0.0, 0.0, 1.0])
 
 
 def extruded(outline: list[tuple[float, float]], height: float = 60.0) -> trimesh.Trimesh:
@@ -41,8 +39,8 @@ def passes_of(mesh: trimesh.Trimesh, radius: float, *, spacing: float = 0.5, ove
     surface = Surface.from_mesh(mesh)
     space = BallSpace(TriangleTree.build(surface.triangles), radius)
     (loop,) = section_loops(surface, 0.1)
-    contacts = sample_loop(loop, surface, radius=radius, spacing=spacing)
-    return *split_passes(contacts, space, Walls(UP, overhang), spacing=spacing), space
+    contacts = sample_loop(loop, surface, Sampling(radius, spacing))
+    return *split_passes(contacts, space, PlanOptions(overhang=overhang, spacing=spacing)), space
 
 
 def test_the_prism_helper_is_watertight():
@@ -99,7 +97,7 @@ def test_floors_are_no_walls():
         np.c_[np.arange(5.0), np.zeros((5, 2))], normals, normals, np.zeros(5, dtype=bool), closed=False
     )
     far = BallSpace(TriangleTree.build(np.full((1, 3, 3), 100.0)), 1.0)
-    assert split_passes(flat, far, Walls(UP), spacing=1.0)[0] == []
+    assert split_passes(flat, far, PlanOptions(spacing=1.0))[0] == []
 
 
 @pytest.mark.parametrize(("lean", "selected"), [(0.1, False), (0.0, False), (-0.005, False), (-0.1, True)])
@@ -109,7 +107,7 @@ def test_overhang_selects_normals_that_point_downward(lean, selected):
         np.c_[np.arange(5.0), np.zeros((5, 2))], normals, normals, np.zeros(5, dtype=bool), closed=False
     )
     far = BallSpace(TriangleTree.build(np.full((1, 3, 3), 100.0)), 1.0)
-    assert bool(split_passes(wall, far, Walls(UP, overhang=True), spacing=1.0)[0]) == selected
+    assert bool(split_passes(wall, far, PlanOptions(overhang=True, spacing=1.0))[0]) == selected
 
 
 def tube(inside: float, outside: float) -> trimesh.Trimesh:

@@ -3,7 +3,7 @@ import pytest
 import trimesh
 
 from fiveaxis.base.errors import SettingError
-from fiveaxis.cam import path_quality, plan_contour
+from fiveaxis.cam import PlanOptions, path_quality, plan_contour
 from fiveaxis.model import Tool, Toolpath
 
 
@@ -96,7 +96,9 @@ def test_material_left_in_an_inner_corner_is_no_ridge():
     # Two blocks form a corner of 90 degrees that a ball of 10 mm can't finish.
     corner = trimesh.util.concatenate([upright(0.0, 60.0), upright(30.0, 20.0)])
     path = plan_contour(corner, Tool.ball(10), scallop=0.01, strategy="raster", raster_angle=90.0)
-    assert path_quality(path, corner, strategy="raster", raster_angle=90.0).scallop_largest < 0.012
+    assert (
+        path_quality(path, corner, PlanOptions(strategy="raster", raster_angle=90.0)).scallop_largest < 0.012
+    )
 
 
 def test_faces_that_the_strategy_leaves_out_have_no_ridges():
@@ -118,7 +120,7 @@ def test_planned_ridges_of_a_sphere_have_the_wanted_height(options):
     sphere = trimesh.creation.icosphere(subdivisions=5, radius=20.0)
     chords = 20.0 - np.linalg.norm(sphere.triangles_center, axis=1).min()
     path = plan_contour(sphere, Tool.ball(6), scallop=0.03, spacing=1.0, **options)
-    found = path_quality(path, sphere, **{k: v for k, v in options.items() if k != "spiral"})
+    found = path_quality(path, sphere, PlanOptions(**options))
     assert 0.02 < found.scallop_mean < found.scallop_largest < 0.03 + chords
     assert found.ridges > 5000
 
@@ -132,4 +134,4 @@ def test_lengths_add_up_to_the_paths():
 
 def test_wrong_options_are_refused():
     with pytest.raises(SettingError, match="raster_angle"):
-        path_quality(on_wall([0.0]), upright(0.0), raster_angle=3.0)
+        path_quality(on_wall([0.0]), upright(0.0), PlanOptions(raster_angle=3.0))

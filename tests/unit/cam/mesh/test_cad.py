@@ -17,7 +17,7 @@ from support.cad_models import model
 import fiveaxis as fx
 from fiveaxis.base import CadFile
 from fiveaxis.base.errors import MeshError, MissingDependency, SettingError
-from fiveaxis.cam import Mesh, Model, load_mesh, path_quality, tree_of
+from fiveaxis.cam import Mesh, Model, PlanOptions, load_mesh, path_quality, tree_of
 from fiveaxis.cam.mesh.cad import loading
 from fiveaxis.cam.mesh.cad.choice import survey
 from fiveaxis.cam.mesh.loading import check_mesh
@@ -432,7 +432,9 @@ def test_every_call_that_takes_a_part_takes_a_body_of_its_file(parts, hayashi):
     found = fx.find_contacts(leaned, two, **taken)
     radii = np.linalg.norm(found.contact[found.cutting] - [50.0, 0.0, 0.0], axis=1)
     assert np.abs(radii - 5.0).max() < 1e-5
-    assert path_quality(path, two, **taken).part_size == pytest.approx([10.0, 10.0, 10.0], abs=0.2)
+    assert path_quality(path, two, PlanOptions(**taken)).part_size == pytest.approx(
+        [10.0, 10.0, 10.0], abs=0.2
+    )
     for call in (
         lambda: fx.optimise(path, hayashi, tilt=(15, 75), part=two, body="3"),
         lambda: fx.verify(solution.motion, solution.machine, path, part=two, body="3"),
