@@ -79,15 +79,8 @@ class BallSpace:
 
         From the given ball on, the ball is shrunk until it passes through the nearest point of the surface: a
         ball that touches p along the normal n passes through q if its radius is
-        ``|q − p|² / (2 n·(q − p))``.
-
-        Parameters
-        ----------
-        points, normals : (n, 3), mm and unit vectors; of more than `MEASURED` some are taken
-
-        Returns
-        -------
-        (m,), mm, at most `radius`
+        ``|q − p|² / (2 n·(q − p))``. Points and normals are (n, 3) mm and unit vectors; of more than
+        `MEASURED` some are taken. The result is (m,) mm.
 
         References
         ----------
@@ -194,15 +187,10 @@ class Linker:
         return float(across + 2.0 * self.space.radius + self.clearance)
 
     def escape(self, centre: Array, normal: Array) -> Array | None:
-        """Find a route from a contact to the clearance plane.
+        """Find a route from the ball's centre at a contact, (3,) mm, to the clearance plane.
 
         It follows the normal, then goes straight up. Under an overhang it first goes horizontally until the
         move up is clear, at the latest beside the part. Directions near the normal's are tried first.
-
-        Parameters
-        ----------
-        centre : (3,), mm, the ball's centre at the contact
-        normal : (3,), unit vector
 
         Returns
         -------
@@ -214,14 +202,8 @@ class Linker:
     def lead(self, end: PassEnd, radius: float) -> Lead | None:
         """Find a quarter circle that leaves the surface tangentially, and a route from its end.
 
-        Parameters
-        ----------
-        end : of the pass
-        radius : mm, of the largest arc; half and a quarter of it are tried too
-
-        Returns
-        -------
-        None if no arc and route are clear, or the pass has no direction there
+        Its radius, mm, is the given one, half or a quarter of it. None if no arc and route are clear, or the
+        pass has no direction there.
         """
         centre, normal = end.pivot, end.normal
         if np.linalg.norm(np.cross(end.outward, normal), axis=-1) < SHORTEST:
@@ -237,9 +219,7 @@ class Linker:
     def shortcut(self, leaving: tuple[Array, Array], arriving: tuple[Array, Array]) -> Array | None:
         """Find a route close to the surface between two contacts (centre, normal).
 
-        Returns
-        -------
-        (2, 3), mm, centres above the first and the second contact; None if too far apart or not clear
+        Its centres are (2, 3) mm, above the first and the second contact; None if too far apart or not clear.
         """
         (start, start_normal), (end, end_normal) = leaving, arriving
         if np.linalg.norm(end - start, axis=-1) > self.farthest:
@@ -301,14 +281,7 @@ class Linker:
 
 
 def quarter_arc(centre: Array, normal: Array, outward: Array, radius: float) -> Array:
-    """Sample a quarter circle that is tangential to the surface at its start.
-
-    Parameters
-    ----------
-    centre : (3,), mm, its start
-    normal : (3,), unit normal of the surface there
-    outward : (3,), direction of the arc at its start, any length
-    radius : mm
+    """Sample a quarter circle that is tangential to the surface at its start, (3,) mm, and goes outward.
 
     Returns
     -------

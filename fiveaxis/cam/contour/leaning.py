@@ -71,16 +71,12 @@ class Leaning:
         return None if self.turns_in_place else self.zone.principal_radii(self.low)[1]
 
     def strip_radius(self, height: float, bend: Array) -> Array:
-        """Return the smallest radius across the feed of the strip that the cutter cuts at any allowed lean.
+        """Return the smallest radius across the feed of the strip cut at any allowed lean, (m,) mm.
 
         Parameters
         ----------
         height : mm, of the ridges beside it
         bend : (m,), 1/mm, of the surface along the feed, positive where it is convex; hollow counts as flat
-
-        Returns
-        -------
-        (m,), mm
         """
         if self.turns_in_place:
             return np.full(len(bend), self.zone.radius)
@@ -91,12 +87,7 @@ class Leaning:
         """Return the angles to the normal at which strips are narrowest, (2k,) rad, and how far across.
 
         The latter is the share of the lean that is across the feed, as of `Zone.strip_radius`: at each angle
-        the least and the largest one.
-
-        Raises
-        ------
-        ToolError
-            The bounds allow no posture.
+        the least and the largest one. `ToolError` if the bounds allow no posture.
         """
         high = min(self.high, NEARLY_SQUARE)
         angle = np.linspace(min(self.low, high), high, ANGLES)

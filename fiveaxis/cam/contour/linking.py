@@ -80,15 +80,10 @@ class Linking:
 
 
 def open_passes(queue: Queue, linker: Linker, *, lead_in: float = 0.0, lead_out: float = 0.0) -> Linking:
-    """Open passes and add their leads, in the order of a queue.
+    """Open the passes of a queue and add their leads, in its order; the queue is empty afterwards.
 
-    A pass whose ends have no route to the clearance plane is shortened or left out, and counted.
-
-    Parameters
-    ----------
-    queue : the passes; empty afterwards
-    linker : finds the routes
-    lead_in, lead_out : mm, radius of the arcs before and after passes; 0 for none
+    A pass whose ends have no route to the clearance plane is shortened or left out, and counted. The arcs
+    before and after passes have the radii `lead_in`, `lead_out`, mm; 0 for none.
     """
     led: list[_LedPass] = []
     left_out = LeftOut()
@@ -120,12 +115,9 @@ def _shortened(candidate: Pass, cut: Pass) -> LeftOut:
 
 
 def shorten_links(opened: Linking, below: Sequence[Sequence[int]]) -> list[int]:
-    """Find an order of the passes, by number, with shorter links.
+    """Find an order of the passes, by number, with shorter links than those in which they were opened.
 
-    Parameters
-    ----------
-    opened : in the order to begin with
-    below : for each number those that must come after it
+    `below` has for each number those that must come after it.
     """
     led, linker = opened.passes, opened.linker
     index = {this.number: k for k, this in enumerate(led)}
@@ -144,13 +136,9 @@ def shorten_links(opened: Linking, below: Sequence[Sequence[int]]) -> list[int]:
 
 
 def _link_between(before: _LedPass, after: _LedPass, linker: Linker) -> Array:
-    return _lay_link((before.cut.ends()[1], before.departure), (after.cut.ends()[0], after.arrival), linker)
-
-
-def _lay_link(leaving: tuple[PassEnd, Lead], arriving: tuple[PassEnd, Lead], linker: Linker) -> Array:
     """Return the centres between the end of one pass and the start of another, (k, 3) mm."""
-    departure, arrival = leaving[1], arriving[1]
-    short = linker.shortcut(_foot(*leaving), _foot(*arriving))
+    departure, arrival = before.departure, after.arrival
+    short = linker.shortcut(_foot(before.cut.ends()[1], departure), _foot(after.cut.ends()[0], arrival))
     over = np.vstack([departure.route, arrival.route[::-1]]) if short is None else short
     return np.vstack([departure.arc, over, arrival.arc[::-1]])
 

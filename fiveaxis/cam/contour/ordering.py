@@ -87,15 +87,8 @@ def islands(
 ) -> tuple[list[Pass], list[list[int]]]:
     """Make each pass wait only for its neighbours on the level before.
 
-    Parameters
-    ----------
-    levels : passes by level, in cutting order
-    farthest : mm, largest distance of neighbouring passes of each level and the next
-
-    Returns
-    -------
-    passes : all of them
-    below : for each pass its neighbours on the next level
+    Levels are in cutting order, `farthest` the largest distance, mm, of neighbouring passes of each level and
+    the next. Returned are all passes, and for each its neighbours on the next level.
     """
     flat, ranks = _flatten(levels)
     below: list[list[int]] = [[] for _ in flat]
@@ -166,15 +159,7 @@ class Links:
 def shortened(order: Sequence[int], links: Links, below: Sequence[Sequence[int]]) -> list[int]:
     """Move blocks of passes within an order as long as its links get shorter.
 
-    Parameters
-    ----------
-    order : passes; each after those that it must follow
-    links : their lengths
-    below : for each pass those that must come after it
-
-    Returns
-    -------
-    Another such order, no longer than the first
+    In the order, and in the one returned, each pass comes before those `below` it.
     """
     row = list(order)
     above: list[list[int]] = [[] for _ in below]

@@ -161,11 +161,8 @@ def read_solid(
 def require_solid(mesh: Mesh, name: str) -> None:
     """Refuse a mesh in mm that is too large, or closed without consistent outward normals.
 
-    Raises
-    ------
-    MeshError
-        As `check_mesh`, except that it may be open; more than `MOST_TRIANGLES` triangles; in a closed mesh,
-        normals that point into the material, or neighbouring triangles that face opposite sides.
+    `MeshError` is raised as by `check_mesh`, except that it may be open; and in a closed mesh for normals
+    that point into the material, or neighbouring triangles that face opposite sides.
     """
     _require_sound(mesh, name)
     if not mesh.is_watertight:
@@ -234,14 +231,10 @@ def body_findings(mesh: Mesh, name: str) -> tuple[Finding, ...]:
 
 
 def size_findings(size: Array, *, unit: Unit, diameter: float, name: str) -> tuple[Finding, ...]:
-    """Return the finding on a part whose size is implausible, with its sizes in the other units.
+    """Return the finding on a part whose size, (3,) mm, is implausible, with its sizes in the other units.
 
-    Parameters
-    ----------
-    size : (3,), mm, its extents
-    unit : in which its coordinates were read
-    diameter : mm, of the cutter: a part is hardly ever smaller than two of them
-    name : of the part's file
+    `unit` is that in which its coordinates were read, `name` the file; a part is hardly ever smaller than two
+    diameters, mm, of the cutter.
     """
     extent = float(size.max())
     usual = (SMALLEST_PART, "parts of 5-axis machines"), (2.0 * diameter, "twice the cutter's diameter")

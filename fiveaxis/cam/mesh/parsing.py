@@ -82,12 +82,7 @@ def parse_mesh(file: Path) -> Mesh:
 
 
 def _counted(content: bytes, kind: str, faces: int) -> tuple[int, int, str]:
-    """Count what a file as text states, what of it there is, and say what was counted.
-
-    Parameters
-    ----------
-    faces : triangles that were read of it
-    """
+    """Count what a text file states, what there is (of some kinds the `faces` read), and say of what."""
     if kind == ".stl":
         return len(re.findall(rb"facet\s+normal", content.lower())), faces, "facets"
     lines = [line for line in (row.split(b"#")[0].strip() for row in content.splitlines()) if line]
