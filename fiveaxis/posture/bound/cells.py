@@ -1,4 +1,4 @@
-"""AngleCells of the plane of both rotary angles, and where a location's postures may be in them.
+"""Cells of the plane of both rotary angles, and where a location's postures may be in them.
 
 Every linear axis is ``M(ρ)·tip + c(ρ)``, and the tip is the pivot less a vector along the tool. M and c
 depend on the machine alone, so the enclosures of a cell are computed once for all locations.
@@ -7,7 +7,6 @@ depend on the machine alone, so the enclosures of a cell are computed once for a
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -32,7 +31,7 @@ from fiveaxis.model import (
 
 # mm, stands for "no bound" in arithmetic: far beyond any machine.
 HUGE = 1e9
-# AngleCells that are cut at once, so that they stay in the processor's cache.
+# Cells that are cut at once, so that they stay in the processor's cache.
 BLOCK = 16_384
 # Share of a cell that rounding may add to an axis's width.
 SLACK = 1e-9
@@ -57,9 +56,8 @@ class Side(NamedTuple):
     wraps: bool
 
 
-@dataclass(frozen=True, eq=False)
-class AngleCells:
-    """AngleCells of both rotary angles; arrays run over all of them, the second angle fastest.
+class AngleCells(NamedTuple):
+    """Cells of both rotary angles; arrays run over all of them, the second angle fastest.
 
     Parameters
     ----------
@@ -96,32 +94,21 @@ def cut_cells(machine: Machine, zone: Zone, step: float, multiple: int = 1) -> A
 def _cut(machine: Machine, zone: Zone, sides: tuple[Side, Side], rows: IntArray) -> tuple[Array, ...]:
     """Enclose the machine's equations in the cells of some rows of the first angle; see `AngleCells`."""
     grid = np.meshgrid(rows, np.arange(sides[1].parts), indexing="ij")
-    angles = [
-        np.asarray(s.low + s.step * (g.ravel() + 0.5), dtype=float) for s, g in zip(sides, grid, strict=True)
-    ]
-    boxes = [Interval(a - 0.5 * s.step, a + 0.5 * s.step) for a, s in zip(angles, sides, strict=True)]
-    ranged = {
-        letter: Enclosure.cosine_and_sine(box, i, 2)
-        for i, (letter, box) in enumerate(zip(machine.rotaries, boxes, strict=True))
-    }
-    middle = cosines_of(dict(zip(machine.rotaries, angles, strict=True)), np)
-    exact = _affine(machine, zone, middle)
+    angles, ranged = {}, {}
+    for i, (letter, side) in enumerate(zip(machine.rotaries, sides, strict=True)):
+        angles[letter] = angle = np.asarray(side.low + side.step * (grid[i].ravel() + 0.5), dtype=float)
+        box = Interval(angle - 0.5 * side.step, angle + 0.5 * side.step)
+        ranged[letter] = Enclosure.cosine_and_sine(box, i, 2)
+    middle, count = cosines_of(angles, np), grid[0].size
     axis = np.stack(np.broadcast_arrays(*tool_axis(machine.chain, middle)), axis=-1)
-    count = len(angles[0])
-    values = np.array([[np.broadcast_to(v, count) for v in row] for row in exact]).transpose(2, 0, 1)
+    exact = _affine(machine, zone, middle)
+    values = np.array([[np.broadcast_to(v, count) for v in row] for row in exact])
     # Where the linear directions may lie in one plane, enclosures are infinite and their products NaN.
     with np.errstate(invalid="ignore", over="ignore"):
         enclosed = _affine(machine, zone, ranged)
-        slopes = [[_slopes(v, count) for v in row] for row in enclosed]
-    radius, centre = (np.array([[s[k] for s in row] for row in slopes]) for k in (0, 1))
-    return (
-        axis,
-        _swing(machine, axis, sides),
-        np.ascontiguousarray(values[:, :, :3]),
-        np.ascontiguousarray(values[:, :, 3]),
-        np.ascontiguousarray(centre.transpose(3, 0, 2, 1)),
-        np.ascontiguousarray(radius.transpose(3, 0, 2, 1)),
-    )
+        slopes = np.array([[_slopes(v, count) for v in row] for row in enclosed])
+    arrays = values[:, :3].transpose(2, 0, 1), values[:, 3].T, *slopes.transpose(2, 4, 0, 3, 1)
+    return axis, _swing(machine, axis, sides), *(np.ascontiguousarray(array) for array in arrays)
 
 
 def _side(machine: Machine, rotary: int, step: float, multiple: int) -> Side:
@@ -152,16 +139,19 @@ def _affine(machine: Machine, zone: Zone, cosines: Cosines) -> list[list[Any]]:
     return rows
 
 
-def _slopes(entry: Enclosure | float, count: int) -> tuple[list[Array], list[Array]]:
-    """Compute radius and middle of an entry's slopes by each angle, (c,); 0 for a constant."""
-    slopes = entry.slopes if isinstance(entry, Enclosure) else (Interval.of(0.0), Interval.of(0.0))
-    radius, middle = [], []
-    for slope in slopes:
-        wide = np.nan_to_num(slope.radius, nan=HUGE, posinf=HUGE, neginf=HUGE)
-        centre = np.nan_to_num(slope.middle, nan=0.0, posinf=0.0, neginf=0.0)
-        radius.append(np.broadcast_to(wide, count))
-        middle.append(np.broadcast_to(centre, count))
-    return radius, middle
+def _slopes(entry: Enclosure | float, count: int) -> Array:
+    """Compute middle and radius of an entry's slopes by each angle, (2, 2, c); 0 for a constant."""
+    slopes = entry.slopes if isinstance(entry, Enclosure) else [Interval.of(0.0)] * 2
+    middle, radius = (
+        [np.broadcast_to(part, count) for part in parts]
+        for parts in zip(*((slope.middle, slope.radius) for slope in slopes), strict=True)
+    )
+    return np.stack(
+        [
+            np.nan_to_num(middle, posinf=0.0, neginf=0.0),
+            np.nan_to_num(radius, nan=HUGE, posinf=HUGE, neginf=HUGE),
+        ]
+    )
 
 
 def _swing(machine: Machine, axis: Array, sides: tuple[Side, Side]) -> Array:
@@ -204,17 +194,9 @@ class _Window(NamedTuple):
 
 
 def enclose(cells: AngleCells, toolpath: Toolpath, tilt: TiltBounds, machine: Machine) -> list[Enclosed]:
-    """Enclose the admissible postures of some locations.
+    """Enclose the admissible postures of some locations, in cells of the machine and the path's zone.
 
-    Parameters
-    ----------
-    cells : of the machine and the path's zone
-    toolpath, tilt : of the locations
-    machine : its limits
-
-    Returns
-    -------
-    The cells of each location; none where no posture is admissible
+    The cells of each location are returned; none where no posture is admissible.
     """
     linear = machine.linear_columns
     window = _Window(
@@ -225,41 +207,26 @@ def enclose(cells: AngleCells, toolpath: Toolpath, tilt: TiltBounds, machine: Ma
         half=np.array([0.5 * side.step for side in cells.sides]),
         offset=float(toolpath.zone.offset),
     )
-    shape = (cells.axis, cells.swing, cells.matrix, cells.shift, cells.slope_middle, cells.slope_radius)
     references = np.stack([b.reference for b in tilt.all], axis=1)
     normals = np.nan_to_num(toolpath.normal)
     return [
-        _enclose(*shape, window, pivot, normal, reference)
+        _enclose(cells, window, pivot, normal, reference)
         for pivot, normal, reference in zip(toolpath.pivot, normals, references, strict=True)
     ]
 
 
 @compiled
-def _enclose(
-    axis: Array,
-    swing: Array,
-    matrix: Array,
-    shift: Array,
-    slope_middle: Array,
-    slope_radius: Array,
-    window: _Window,
-    pivot: Array,
-    normal: Array,
-    reference: Array,
-) -> tuple[IntArray, Array, Array]:
-    """Enclose the admissible postures of a location; see `AngleCells` and `Enclosed`."""
-    kept, near = 0, _admitted(axis, window, reference)
+def _enclose(cells: AngleCells, window: _Window, pivot: Array, normal: Array, reference: Array) -> Enclosed:
+    """Enclose the admissible postures of a location."""
+    kept, near = 0, _admitted(cells.axis, window, reference)
     low, high = np.empty((len(near), 3)), np.empty((len(near), 3))
     for c in near:
         inside = True
         for k in range(3):
-            middle, reach = _linear_range(
-                matrix[c, k], shift[c, k], slope_middle[c, k], slope_radius[c, k], pivot, window.half
-            )
+            row, slopes = cells.matrix[c, k], (cells.slope_middle[c, k], cells.slope_radius[c, k])
+            middle, reach = _linear_range(row, cells.shift[c, k], slopes, pivot, window.half)
             if window.offset != 0.0:
-                beside, spreading = _offset_range(
-                    axis[c], swing[c], matrix[c, k], slope_middle[c, k], slope_radius[c, k], normal, window
-                )
+                beside, spreading = _offset_range(cells.axis[c], cells.swing[c], row, slopes, normal, window)
                 middle, reach = middle + beside, reach + spreading
             reach = reach * (1.0 + ROUNDING) + ROUNDING
             least, most = middle - reach, middle + reach
@@ -297,13 +264,13 @@ def _admitted(axis: Array, window: _Window, reference: Array) -> IntArray:
 
 @compiled
 def _linear_range(
-    row: Array, shift: float, slope_middle: Array, slope_radius: Array, pivot: Array, half: Array
+    row: Array, shift: float, slopes: tuple[Array, Array], pivot: Array, half: Array
 ) -> tuple[float, float]:
     """Enclose a linear axis over a cell: the middle and the radius about it, mm.
 
     Mean value form: the largest slope by each angle, times half the width.
     """
-    middle, reach = shift, 0.0
+    middle, reach, (slope_middle, slope_radius) = shift, 0.0, slopes
     for j in range(3):
         middle += row[j] * pivot[j]
     for a in range(2):
@@ -317,19 +284,13 @@ def _linear_range(
 
 @compiled
 def _offset_range(
-    axis: Array,
-    swing: float,
-    row: Array,
-    slope_middle: Array,
-    slope_radius: Array,
-    normal: Array,
-    window: _Window,
+    axis: Array, swing: float, row: Array, slopes: tuple[Array, Array], normal: Array, window: _Window
 ) -> tuple[float, float]:
     """Enclose an axis' share of an offset a beside the tool axis, ``M·a·e``: middle and radius, mm.
 
     Over a cell e turns by at most the swing over the sine of the lean.
     """
-    cosine, along, own, size = 0.0, 0.0, 0.0, 0.0
+    cosine, along, own, size, (slope_middle, slope_radius) = 0.0, 0.0, 0.0, 0.0, slopes
     for j in range(3):
         cosine += axis[j] * normal[j]
         along += row[j] * normal[j]

@@ -60,10 +60,12 @@ class Lattice:
 
     def touch(self, enclosed: Enclosed) -> Corners:
         """Find the corners that a location touches."""
-        top = np.ceil((self.high - self.low) / self.step)
         cell, low, high = enclosed
-        at = _behind(cell, self.sides[1].parts, self.factors)
-        first, last = _between(low, high, self.low, self.step, top)
+        top = np.ceil((self.high - self.low) / self.step)
+        # A cell lies between this corner of the rotary angles and the next.
+        at = np.stack(np.divmod(cell, self.sides[1].parts), axis=1) // np.array(self.factors)
+        first = np.clip(np.floor((low - self.low) / self.step), 0.0, top).astype(np.int64)
+        last = np.clip(np.ceil((high - self.low) / self.step), 0.0, top).astype(np.int64)
         return Corners(*_touch(at, first, last, self.counts), len(at))
 
 
@@ -92,77 +94,36 @@ class Corners(NamedTuple):
 
 
 @compiled
-def _behind(cell: IntArray, parts: int, factors: tuple[int, int]) -> IntArray:
-    """Find the corner of both rotary angles that each cell lies behind, (m, 2); it lies before the next."""
-    at = np.empty((len(cell), 2), np.int64)
-    for c in range(len(cell)):
-        row, column = divmod(cell[c], parts)
-        at[c, 0], at[c, 1] = row // factors[0], column // factors[1]
-    return at
-
-
-@compiled
-def _between(low: Array, high: Array, least: Array, step: Array, top: Array) -> tuple[IntArray, IntArray]:
-    """Find between which corners of each linear axis ranges lie, (m, 3) each."""
-    first, last = np.empty(low.shape, np.int64), np.empty(low.shape, np.int64)
-    for c in range(len(low)):
-        for k in range(3):
-            first[c, k] = min(max(np.floor((low[c, k] - least[k]) / step[k]), 0.0), top[k])
-            last[c, k] = min(max(np.ceil((high[c, k] - least[k]) / step[k]), 0.0), top[k])
-    return first, last
-
-
-@compiled
 def _touch(
     cell: IntArray, first: IntArray, last: IntArray, counts: tuple[int, int]
 ) -> tuple[IntArray, IntArray, IntArray, IntArray, IntArray, BoolArray, IntArray]:
-    """Group the touched corners of cells that lie behind a corner of the rotary angles; see `Corners`.
-
-    AngleCells are first put together for each such corner, so that each is looked at once and not four times.
-    """
-    boxes, own, box_low, box_extent, box_start = _blocks(cell, first, last, counts, 1)
-    at, group, low, extent, start = _blocks(boxes, box_low, box_low + box_extent - 1, counts, 2)
-    filled = np.zeros(box_start[-1], np.bool_)
-    for c in range(len(cell)):
-        box = own[cell[c, 0], cell[c, 1]]
-        lowest, count = box_low[box], box_extent[box]
-        for a in range(first[c, 0] - lowest[0], last[c, 0] - lowest[0] + 1):
-            for b in range(first[c, 1] - lowest[1], last[c, 1] - lowest[1] + 1):
-                row = box_start[box] + (a * count[1] + b) * count[2] - lowest[2]
-                filled[row + first[c, 2] : row + last[c, 2] + 1] = True
+    """Group the touched corners of cells that lie behind a corner of the rotary angles; see `Corners`."""
+    at, group, low, extent, start = _blocks(cell, first, last, counts)
     touched = np.zeros(start[-1], np.bool_)
-    for box in range(len(boxes)):
-        count = box_extent[box]
-        for i in (boxes[box, 0], (boxes[box, 0] + 1) % counts[0]):
-            for j in (boxes[box, 1], (boxes[box, 1] + 1) % counts[1]):
+    for c in range(len(cell)):
+        for i in (cell[c, 0], (cell[c, 0] + 1) % counts[0]):
+            for j in (cell[c, 1], (cell[c, 1] + 1) % counts[1]):
                 g = group[i, j]
-                moved = box_low[box] - low[g]
-                for a in range(count[0]):
-                    for b in range(count[1]):
-                        source = box_start[box] + (a * count[1] + b) * count[2]
-                        target = start[g] + ((moved[0] + a) * extent[g, 1] + moved[1] + b) * extent[g, 2]
-                        target += moved[2]
-                        for n in range(count[2]):
-                            touched[target + n] |= filled[source + n]
+                for a in range(first[c, 0] - low[g, 0], last[c, 0] - low[g, 0] + 1):
+                    for b in range(first[c, 1] - low[g, 1], last[c, 1] - low[g, 1] + 1):
+                        row = start[g] + (a * extent[g, 1] + b) * extent[g, 2] - low[g, 2]
+                        for n in range(row + first[c, 2], row + last[c, 2] + 1):
+                            touched[n] = True
     return at, group, low, extent, start, touched, np.full(start[-1], FAR, np.int32)
 
 
 @compiled
 def _blocks(
-    cell: IntArray, first: IntArray, last: IntArray, counts: tuple[int, int], around: int
+    cell: IntArray, first: IntArray, last: IntArray, counts: tuple[int, int]
 ) -> tuple[IntArray, IntArray, IntArray, IntArray, IntArray]:
-    """Find the block of each corner of the rotary angles that some cells lie behind, or around.
+    """Find the block of each corner of the rotary angles that is at some cells.
 
-    Returns
-    -------
     (g, 2) corner, (p, q) which block each has, (g, 3) lowest corner and extent of blocks, (g + 1,) their ends
     """
     lowest, highest = np.full((*counts, 3), FAR), np.full((*counts, 3), -FAR)
     for c in range(len(cell)):
-        for di in range(around):
-            i = (cell[c, 0] + di) % counts[0]
-            for dj in range(around):
-                j = (cell[c, 1] + dj) % counts[1]
+        for i in (cell[c, 0], (cell[c, 0] + 1) % counts[0]):
+            for j in (cell[c, 1], (cell[c, 1] + 1) % counts[1]):
                 for k in range(3):
                     lowest[i, j, k] = min(lowest[i, j, k], first[c, k])
                     highest[i, j, k] = max(highest[i, j, k], last[c, k])

@@ -7,7 +7,6 @@ from collections import deque
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -57,11 +56,8 @@ class Visits:
     ) -> Visits:
         """Take the locations of a path at which a direction binds the tool axis, without inserted ones.
 
-        Parameters
-        ----------
-        toolpath, machine, tilt : n locations
-        prices : (n − 1, k) each, J/mm and J/rad, while axis values grow and fall
-        turns : (n − 1,), rad, most of each rotary axis in a move; None if nothing bounds them
+        Prices are (n − 1, k) each, J/mm and J/rad, while axis values grow and fall; turns (n − 1,) rad, most
+        of each rotary axis in a move, or None if nothing bounds them.
         """
         columns = [*machine.rotary_columns, *machine.linear_columns]
         plus, minus = (price[:, columns] for price in prices)
@@ -105,49 +101,22 @@ class Crossed:
     cells: int
 
 
-class Reached(NamedTuple):
-    """The corners of a visit, with their least costs above those of the visit before.
-
-    Parameters
-    ----------
-    corners : with the least cost of reaching each, where the cheapest corner of the visit before costs 0
-    least : the least of these costs; `FAR` where no corner is reached
-    looked : sources, and groups of them, that were looked at
-    """
-
-    corners: Corners
-    least: int
-    looked: int
-
-
 def cross(
     visits: Visits, cells: AngleCells, lattice: Lattice, pool: ThreadPoolExecutor, progress: Progress
 ) -> Crossed:
     """Find the least cost of touching a box at every visit, by dynamic programming over corners of boxes.
 
-    Costs are whole numbers, and prices are rounded down, so rounding can't raise the result.
+    Costs are whole numbers, and prices are rounded down, so rounding can't raise the result. At each visit
+    the cheapest corner of the one before costs 0.
     """
     count = len(visits.toolpath)
     quantum = quantum_of(lattice, visits.plus, visits.minus)
     total, most, work = 0, 0, CUT * len(cells.axis) + (VISIT + CELL * len(cells.axis)) * count
-    for i, visit in enumerate(reach_visits(visits, cells, lattice, quantum, pool)):
-        progress(STAGES["bound"], i, count)
-        corners = len(visit.corners.cost)
-        work += visit.looked + ENCLOSED * visit.corners.cells + CORNER * corners
-        most = max(most, corners)
-        if visit.least >= FAR:
-            return Crossed(np.inf, work, most, len(cells.axis))
-        total += visit.least
-    return Crossed(total * quantum, work, most, len(cells.axis))
-
-
-def reach_visits(
-    visits: Visits, cells: AngleCells, lattice: Lattice, quantum: float, pool: ThreadPoolExecutor
-) -> Iterator[Reached]:
-    """Find the least costs of the corners of one visit after the other, in quanta, until none is reached."""
     before: Corners | None = None
-    looked = 0
     for i, corners in enumerate(_touched(visits, cells, lattice, pool)):
+        progress(STAGES["bound"], i, count)
+        work += ENCLOSED * corners.cells + CORNER * len(corners.cost)
+        most = max(most, len(corners.cost))
         if before is None:
             corners.cost[corners.touched] = 0
         else:
@@ -158,12 +127,12 @@ def reach_visits(
             columns = zip(*(job.result() for job in found), strict=True)
             sources = grouped(before, *(np.concatenate(column) for column in columns))
             jobs = [pool.submit(reach, corners, sources, prices, *part) for part in _parts(corners)]
-            looked = sum(job.result() for job in jobs)
+            work += sum(job.result() for job in jobs)
         least = int(corners.cost.min(initial=FAR))
-        yield Reached(corners, least, looked)
         if least >= FAR:
-            return
-        before = corners
+            return Crossed(np.inf, work, most, len(cells.axis))
+        total, before = total + least, corners
+    return Crossed(total * quantum, work, most, len(cells.axis))
 
 
 def _parts(corners: Corners) -> list[tuple[int, int]]:

@@ -9,7 +9,7 @@ out only lowers it.
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -28,7 +28,7 @@ from fiveaxis.model import (
 from fiveaxis.posture.bound.cells import HUGE, AngleCells, cut_cells, enclose
 from fiveaxis.posture.bound.climb import FIRST_CELLS, FIRST_STEP, Climb, Level
 from fiveaxis.posture.bound.corners import Lattice
-from fiveaxis.posture.bound.crossing import CHUNK, Crossed, Visits, cross
+from fiveaxis.posture.bound.crossing import Crossed, Visits, cross
 
 # Work in all (`crossing`).
 WORK = 1.6e10
@@ -70,7 +70,7 @@ class LowerBound:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the figures as plain data for JSON."""
-        return {"total": self.total, "of": self.of, "visits": self.visits}
+        return asdict(self)
 
 
 def bound_travel(
@@ -84,7 +84,8 @@ def bound_travel(
 ) -> LowerBound:
     """Bound from below the travel metric of every path that keeps the lean, the axis limits and the turns.
 
-    An axis of more than a turn counts as endless. Collisions aren't looked at; they only raise the cost.
+    An axis of more than a turn counts as endless. Collisions aren't looked at; they only raise the cost. The
+    bound is infinite if some location has no admissible posture.
 
     Parameters
     ----------
@@ -92,10 +93,6 @@ def bound_travel(
     turns : (n − 1,), rad, largest turn of each rotary axis in a move; unbounded by default
     work : corners and cells that may be looked at (`crossing`); more give a higher bound
     progress : called with what is being done, visits done and visits in all
-
-    Returns
-    -------
-    The bound; infinite if some location has no admissible posture
 
     Raises
     ------
@@ -120,13 +117,8 @@ def bound_energy(
     """Bound from below ∫P dt of the feed drives over every such path, however fast it is followed.
 
     Travel is charged as little as it can cost (`fiveaxis.model.least_travel_costs`), and what drives draw at
-    standstill for the least time at the programmed feed. Drives with a constant power can't be charged where
-    their highest speed isn't known.
-
-    Parameters
-    ----------
-    toolpath, machine, tilt, turns, work, progress : as for `bound_travel`
-    by_tip : whether the feed is that of the tip, as for `block_times`
+    standstill for the least time at the programmed feed, which is that of the tip with `by_tip`. Drives with
+    a constant power can't be charged where their highest speed isn't known. For the rest see `bound_travel`.
 
     Raises
     ------
@@ -204,9 +196,7 @@ def _climb(visits: Visits, work: float, progress: Progress) -> tuple[float, int]
 def _ranges(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> list[tuple[Array, Array]]:
     """Enclose the linear axes in every cell that may be admissible at each location, (c, 3) mm each."""
     cells = cut_cells(machine, toolpath.zone, FIRST_STEP / FIRST_CELLS)
-    chunks = np.array_split(np.arange(len(toolpath)), -(-len(toolpath) // CHUNK))
-    every = (one for rows in chunks for one in enclose(cells, toolpath.at(rows), tilt.at(rows), machine))
-    return [(low, high) for _cell, low, high in every]
+    return [(low, high) for _cell, low, high in enclose(cells, toolpath, tilt, machine)]
 
 
 def lay_lattice(visits: Visits, level: Level, hull: tuple[Array, Array]) -> tuple[AngleCells, Lattice]:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fiveaxis.base import Array, BoolArray, IntArray, compiled, product
+from fiveaxis.base import Array, IntArray, compiled, product
 from fiveaxis.posture.bound.cells import SLACK
 from fiveaxis.posture.bound.corners import FAR, Corners, Lattice
 
@@ -103,11 +103,7 @@ def reach(corners: Corners, sources: Sources, prices: Prices, begin: int, end: i
     A source's cost is put on the nearest corner of the group's block, and spread from there over the block
     axis by axis; both are exact, as the cost of a move is a sum over the axes. Sources beside the group come
     first: the dearest touched corner that they leave is a bound, and sources that can't get below it are
-    passed over.
-
-    Returns
-    -------
-    Number of sources, and groups of them, that were looked at
+    passed over. The number of sources, and groups of them, that were looked at is returned.
     """
     looked, up, down, count = 0, prices.up, prices.down, len(sources.least)
     middle = (len(prices.first) // 2, len(prices.second) // 2)
@@ -128,7 +124,9 @@ def reach(corners: Corners, sources: Sources, prices: Prices, begin: int, end: i
                 s = rank
                 if offered >= refreshed:
                     refreshed = REFRESH * offered
-                    bound = np.int64(_dearest(own, touched, extent, up, down))
+                    _spread(own, extent, up, down)
+                    # The dearest touched corner.
+                    bound = np.int64(np.max(np.where(touched, own, np.int32(0))))
                 if sources.least[s] > bound:
                     break
                 if abs(sources.at[s, 0] - p) <= 1 and abs(sources.at[s, 1] - q) <= 1:
@@ -183,17 +181,6 @@ def _offer(
                 place = last
             index = index * extent[k] + place
         own[index] = min(own[index], paid)
-
-
-@compiled
-def _dearest(own: IntArray, touched: BoolArray, extent: IntArray, up: IntArray, down: IntArray) -> int:
-    """Spread the costs of a block, and find the dearest touched corner."""
-    _spread(own, extent, up, down)
-    dearest = np.int32(0)
-    for n in range(len(own)):
-        if touched[n] and own[n] > dearest:
-            dearest = own[n]
-    return int(dearest)
 
 
 @compiled
@@ -254,32 +241,17 @@ class Neighbours(NamedTuple):
         """Find the neighbours, by the groups of the next visit, (p, q)."""
         found = []
         for i, turns in enumerate((prices.first, prices.second)):
+            count, own = lattice.counts[i], np.arange(lattice.counts[i])[:, None]
             targets = np.flatnonzero((coming >= 0).any(axis=1 - i))
-            steps = int(prices.up[i]), int(prices.down[i])
-            found.append(_neighbours(lattice.counts[i], lattice.sides[i].wraps, turns, steps, targets))
-        return cls(*found)
-
-
-@compiled
-def _neighbours(
-    count: int, wraps: bool, turns: IntArray, steps: tuple[int, int], targets: IntArray
-) -> IntArray:
-    """Find the corners of one rotary angle beside each that reach all targets as cheaply."""
-    found = np.full((2, count), -1)
-    middle = len(turns) // 2
-    for p in range(count):
-        for side in range(2):
-            beside, step = p + 2 * side - 1, steps[side]
-            if wraps:
-                beside %= count
-            if step <= 0 or beside < 0 or beside >= count or beside == p:
-                continue
-            reaches = True
-            for t in targets:
-                reaches &= turns[t - beside + middle] <= step + turns[t - p + middle]
-            if reaches:
-                found[side, p] = beside
-    return found
+            costs = turns[targets - own + len(turns) // 2]
+            for towards, step in ((-1, prices.up[i]), (1, prices.down[i])):
+                beside = own[:, 0] + towards
+                if lattice.sides[i].wraps:
+                    beside %= count
+                inside = (step > 0) & (beside >= 0) & (beside < count) & (beside != own[:, 0])
+                reaches = (costs[np.where(inside, beside, 0)] <= step + costs).all(axis=1)
+                found.append(np.where(inside & reaches, beside, -1))
+        return cls(np.stack(found[:2]), np.stack(found[2:]))
 
 
 @compiled
@@ -288,8 +260,6 @@ def find_sources(
 ) -> tuple[IntArray, IntArray, IntArray]:
     """Find the corners of some groups that aren't dominated: whose cost isn't a neighbour's plus the step.
 
-    Returns
-    -------
     (s,) group, (s, 3) corner of the linear axes and (s,) cost of each, in the order of groups
     """
     most = corners.start[end] - corners.start[begin]
