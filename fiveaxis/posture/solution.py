@@ -31,7 +31,7 @@ from fiveaxis.model import (
 from fiveaxis.posture.bound.lower_bound import LowerBound
 from fiveaxis.posture.local.optima import Optimality, optimality
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.turns.rewinding import Rewind
+from fiveaxis.posture.turns.stops import Rewind
 
 # Name of the result beside those of its baselines.
 RESULT = "optimised"
@@ -97,11 +97,8 @@ def program_energy(
 def blocks_energy(machine: Machine, blocks: Motion, clock: Clock, rounding: float = 0.0) -> Energy:
     """Compute the energy of a program's blocks over the control's time, and what limits their speed.
 
-    Of what is only compared the first is enough (`timed_energy`): the second takes half as long again.
-
-    Parameters
-    ----------
-    rounding : mm, as for `motion_energy`
+    Of what is only compared `timed_energy` is enough: this takes half as long again. The rounding, mm, is as
+    for `motion_energy`.
     """
     taken = clock(blocks, machine)
     energy = timed_energy(machine, blocks, taken, rounding)
@@ -300,14 +297,8 @@ class Optimum(ShownAsTable, HasColumns):
     def to_measure(self, baseline: str, *, with_base: bool = False) -> str:
         """Say what to measure where drives are estimated so roughly that a saving might be a loss.
 
-        Parameters
-        ----------
-        baseline : its name
-        with_base : as for `savings_ranges`
-
-        Returns
-        -------
-        The estimated drives, those of widest effect first; empty where it is known whether anything is saved
+        Named are the estimated drives, those of widest effect first; nothing where it is known whether a
+        baseline costs more. `with_base` is as for `savings_ranges`.
         """
         low, high = self.savings_ranges(with_base=with_base).get(baseline, (0.0, 0.0))
         if not low < 0.0 < high:
@@ -321,10 +312,7 @@ class Optimum(ShownAsTable, HasColumns):
         """Compute between which shares the savings lie if drives are estimated; empty if none is.
 
         `energy_draws` draws machines from the bands of the drives; the program is the same on all of them.
-
-        Parameters
-        ----------
-        with_base : whether the base power over the cycle time counts, where it is known
+        With `with_base` the base power over the cycle time counts, where it is known.
         """
         if not self.machine.bands:
             return {}
@@ -336,14 +324,10 @@ class Optimum(ShownAsTable, HasColumns):
         return ranges
 
     def energy_range(self, *, with_base: bool = False) -> tuple[float, float]:
-        """Compute between which energies the program's lies, J.
+        """Compute between which energies the program's lies, J; `with_base` is as for `savings_ranges`.
 
         Drives are anywhere within the bands of estimated ones; above, they take their whole constant power
         below the slowest measured speed, too (`Energy.most`).
-
-        Parameters
-        ----------
-        with_base : as for `savings_ranges`
         """
         energy = self.energy
         drawn = self._drawn(energy, with_base)

@@ -14,7 +14,7 @@ import numpy as np
 from fiveaxis.base import Array, BoolArray, Finding, Infeasible, Severity
 from fiveaxis.model import ON_LIMIT, TURN, Machine, MoveKind, TiltBounds, Toolpath, outwards, tool_axes
 from fiveaxis.posture.turns.stops import (
-    Stops,
+    Rewind,
     UnwrappedPath,
     bounds_between,
     clear_retracts,
@@ -25,29 +25,6 @@ from fiveaxis.posture.turns.stops import (
     with_turn_changes,
 )
 from fiveaxis.posture.turns.winding import plan_turns, winding_columns
-
-
-@dataclass(frozen=True)
-class Rewind:
-    """A stop at which an axis turns by whole turns.
-
-    Parameters
-    ----------
-    row : of the stop on the path without rewinds; 3.25 lies between locations 3 and 4
-    axis : letter
-    turns : whole turns, signed
-    retract : mm, that the tool backs off along its axis before, and returns after
-    in_cut : whether it interrupts a cut
-    energy, time : J of the travel metric, and s
-    """
-
-    row: float
-    axis: str
-    turns: int
-    retract: float
-    in_cut: bool
-    energy: float
-    time: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,17 +92,12 @@ def insert_rewinds(
     tilt: TiltBounds | None = None,
     time_price: float = 0.0,
 ) -> Rewound:
-    """Bring an unwrapped path into the axis limits with the cheapest rewinds.
+    """Bring an unwrapped path, (n, 2) rad, chain order, into the axis limits with the cheapest rewinds.
 
     A rewind takes place where the tool is clear of everything that is cut, or can back off along its own axis
     (`clear_retracts`). It interrupts a cut only if no rewind between cuts is enough. If two turns are
-    possible only between two locations, as with exactly one turn, it takes place there (`with_turn_changes`).
-
-    Parameters
-    ----------
-    rotary : (n, 2), rad, chain order, unwrapped
-    tilt : bounds on the lean at the path's locations; they also hold at stops between two
-    time_price : J/s
+    possible only between two locations, as with exactly one turn, it takes place there (`with_turn_changes`);
+    the bounds on the lean hold there, too. The price of time is in J/s.
 
     Raises
     ------
@@ -138,32 +110,16 @@ def insert_rewinds(
     rewinds: list[tuple[int, Rewind]] = []
     for column in columns:
         which = machine.rotary_columns.index(column)
-        stops = find_stops(course, machine, column, time_price)
-        turns = plan_turns(
-            course.rotary[:, which], machine.axes[column].limits, stops.price, *stops.turn_price
-        )
+        price, turn_price, rewind = find_stops(course, machine, column, time_price)
+        turns = plan_turns(course.rotary[:, which], machine.axes[column].limits, price, *turn_price)
         if turns is None:
             raise Infeasible(*why_no_rewind(course, machine, column))
         before, after = turns
         arriving[:, which] += TURN * before
         leaving[:, which] += TURN * after
         rows = np.flatnonzero(after - before)
-        rewinds += [(int(i), _rewind(stops, course, int(i), int(after[i] - before[i]))) for i in rows]
+        rewinds += [(int(i), rewind(int(i), int(after[i] - before[i]))) for i in rows]
     return _insert(course, machine, (arriving, leaving), sorted(rewinds, key=lambda r: r[0]))
-
-
-def _rewind(stops: Stops, course: UnwrappedPath, row: int, turns: int) -> Rewind:
-    """Make the record of the rewind at a row of an unwrapped path."""
-    one = stops.turn_energy[0] if turns > 0 else stops.turn_energy[1]
-    return Rewind(
-        row=float(course.row[row]),
-        axis=stops.axis,
-        turns=turns,
-        retract=float(stops.retract[row]),
-        in_cut=bool(stops.in_cut[row]),
-        energy=float(stops.energy[row] + abs(turns) * one),
-        time=float(stops.times[1][row] + abs(turns) * stops.times[0]),
-    )
 
 
 def _insert(
@@ -228,18 +184,10 @@ def _with_links(
 
 
 def why_no_rewind(course: UnwrappedPath, machine: Machine, column: int) -> tuple[str, tuple[Finding, ...]]:
-    """Explain that an axis winds too far, and which limits would allow rewinds or make them needless.
+    """Explain that the axis of a column winds too far, and which limits would allow rewinds or spare them.
 
     Each remedy is checked: linear limits by a plan of turns with its retracts, the axis's own limits by the
-    path's angles.
-
-    Parameters
-    ----------
-    column : of the axis among the machine's axes
-
-    Returns
-    -------
-    A message, and a finding with the code ``no-rewind``
+    path's angles. A message is returned, and a finding with the code ``no-rewind``.
     """
     axis = machine.axes[column]
     angles = course.rotary[:, machine.rotary_columns.index(column)]

@@ -11,6 +11,7 @@ to the distance; where that would break a bound on the tool's lean, the other an
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -114,17 +115,9 @@ def bounds_between(tilt: TiltBounds, row: Array) -> TiltBounds:
 
 
 def keep_lean(machine: Machine, rotary: Array, other: int, bounds: TiltBounds) -> Array:
-    """Change one angle of postures so that the bounds on the lean hold: by the smallest of `CHANGES`.
+    """Change one angle, 0 or 1, of postures, (m, 2) rad, so that the bounds on their lean hold.
 
-    Parameters
-    ----------
-    rotary : (m, 2), rad, chain order
-    other : 0 or 1, the angle to change
-    bounds : of the m postures
-
-    Returns
-    -------
-    (m, 2), rad; unchanged where no such angle keeps the bounds
+    It is changed by the smallest of `CHANGES`, and not at all where no such angle keeps the bounds.
     """
     tried = np.repeat(rotary[:, None], len(CHANGES), axis=1)
     limits = machine.axes[machine.rotary_columns[other]].limits
@@ -135,16 +128,10 @@ def keep_lean(machine: Machine, rotary: Array, other: int, bounds: TiltBounds) -
 
 
 def find_turn_changes(angles: Array, limits: Limits) -> tuple[Array, Array]:
-    """Find where an axis passes angles that two turns reach, with no location at these angles.
+    """Find where an axis, at (n,) rad unwrapped, passes angles that two turns reach without a location there.
 
-    Parameters
-    ----------
-    angles : (n,), rad, unwrapped
-
-    Returns
-    -------
-    rows : (s,), fractional: 3.25 is a quarter of the move from location 3 to 4
-    changes : (s,), rad, the middle of those angles
+    Returned are fractional rows, (s,), 3.25 a quarter of the move from location 3 to 4, and the middle of
+    those angles, (s,) rad.
     """
     low, width = limits.low, limits.span - TURN
     # With two turns every angle has two; towards an open end nothing is ever rewound.
@@ -162,39 +149,39 @@ def find_turn_changes(angles: Array, limits: Limits) -> tuple[Array, Array]:
     return row + (changes - angles[row]) / (angles[row + 1] - angles[row]), changes
 
 
-@dataclass(frozen=True, eq=False)
-class Stops:
-    """What rewinding one axis costs at each location.
+@dataclass(frozen=True)
+class Rewind:
+    """A stop at which an axis turns by whole turns.
 
     Parameters
     ----------
+    row : of the stop on the path without rewinds; 3.25 lies between locations 3 and 4
     axis : letter
-    retract : (n,), mm; 0 where there is no room
-    energy : (n,), J, of backing off and returning
-    turn_price : J, of one turn up and down, with the price of its time
-    turn_energy : (2,), J, without it
-    times : s, of one turn, and (n,) of backing off and returning
-    in_cut : (n,), whether the rewind would interrupt a cut
-    price : (n,), J, of a stop as `plan_turns` counts it; infinite where there is no room
+    turns : whole turns, signed
+    retract : mm, that the tool backs off along its axis before, and returns after
+    in_cut : whether it interrupts a cut
+    energy, time : J of the travel metric, and s
     """
 
+    row: float
     axis: str
-    retract: Array
-    energy: Array
-    turn_price: tuple[float, float]
-    turn_energy: Array
-    times: tuple[float, Array]
-    in_cut: Array
-    price: Array
+    turns: int
+    retract: float
+    in_cut: bool
+    energy: float
+    time: float
 
 
-def find_stops(course: UnwrappedPath, machine: Machine, column: int, time_price: float) -> Stops:
-    """Work out what rewinding an axis costs at each location.
+def find_stops(
+    course: UnwrappedPath, machine: Machine, column: int, time_price: float
+) -> tuple[Array, tuple[float, float], Callable[[int, int], Rewind]]:
+    """Work out what rewinding the axis of a column costs, with a price of time, J/s.
 
-    Parameters
-    ----------
-    column : of the axis among the machine's axes
-    time_price : J/s
+    Returns
+    -------
+    price : (n,), J, of a stop at each location as `plan_turns` counts it; infinite where there is no room
+    turn_price : J, of one turn up and down
+    rewind : makes the record of a rewind at a location by whole turns
     """
     toolpath, rotary, n = course.toolpath, course.rotary, len(course.row)
     cutting = toolpath.cutting
@@ -216,7 +203,19 @@ def find_stops(course: UnwrappedPath, machine: Machine, column: int, time_price:
     times = 360.0 / speed, 2.0 * distance / feed
     price = np.where(np.isfinite(retract), energy + time_price * times[1], np.inf) + CUT_PRICE * in_cut
     up, down = (float(joules + time_price * times[0]) for joules in turning)
-    return Stops(machine.axes[column].letter, distance, energy, (up, down), turning, times, in_cut, price)
+
+    def rewind(row: int, turns: int) -> Rewind:
+        return Rewind(
+            row=float(course.row[row]),
+            axis=machine.axes[column].letter,
+            turns=turns,
+            retract=float(distance[row]),
+            in_cut=bool(in_cut[row]),
+            energy=float(energy[row] + abs(turns) * turning[0 if turns > 0 else 1]),
+            time=float(times[1][row] + abs(turns) * times[0]),
+        )
+
+    return price, (up, down), rewind
 
 
 def link_feed(toolpath: Toolpath) -> float:

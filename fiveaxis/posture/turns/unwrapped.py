@@ -20,8 +20,8 @@ from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Baseline, Optimum, Unwrapped, program_energy
 from fiveaxis.posture.strategy.singular import Cone, turning_within
-from fiveaxis.posture.turns.rewinding import Rewind, Rewound, insert_rewinds
-from fiveaxis.posture.turns.stops import CUT_PRICE, find_turn_changes, keep_lean
+from fiveaxis.posture.turns.rewinding import Rewound, insert_rewinds
+from fiveaxis.posture.turns.stops import CUT_PRICE, Rewind, find_turn_changes, keep_lean
 from fiveaxis.posture.turns.winding import plan_turns, winding_columns
 
 # Takes a problem and a path, (n, 2) rad, to a cheaper path.
@@ -73,10 +73,8 @@ def rewind_solution(solution: Optimum, machine: Machine, refine: Refine, keeps: 
 
     Raises
     ------
-    Infeasible
-        The solution's path can't be rewound.
-    SettingError
-        The solution has no problem.
+    Infeasible, SettingError
+        The solution's path can't be rewound; it has no problem.
     """
     path, columns, problem = solution.toolpath, machine.rotary_columns, solution.problem
     if problem is None:
@@ -188,8 +186,7 @@ def fewer_turns(
     ----------
     problem : on the endless machine
     machine : with its limits
-    rotary : (n, 2), rad, chain order
-    found : the path with its rewinds
+    rotary : (n, 2), rad, chain order, with its rewinds in `found`
 
     Returns
     -------
@@ -222,23 +219,12 @@ def fewer_turns(
 def paths_without_reversals(
     problem: Problem, machine: Machine, rotary: Array, found: Rewound, tilt: TiltBounds | None = None
 ) -> Iterator[Array]:
-    """Yield paths without some of the pairs of rewinds that undo each other.
+    """Yield paths without some of the pairs of rewinds that undo each other, (n, 2) rad, unwrapped.
 
-    Between the rewinds of a pair the axis stays at the end of its range, and the other angle changes where a
-    bound on the lean requires it.
-
-    Parameters
-    ----------
-    problem : on the endless machine; paths that break its bounds are left out
-    machine : with its limits
-    rotary : (n, 2), rad, chain order, unwrapped
-    found : the path with its rewinds
-    tilt : bounds on the lean of the path's locations
-
-    Returns
-    -------
-    (n, 2), rad, unwrapped: first the path without all pairs that can be left out at once, then without one
-    pair each, the shortest first
+    First comes the path without all pairs that can be left out at once, then those without one pair each, the
+    shortest first. Between the rewinds of a pair the axis stays at the end of its range, and the other angle
+    changes where a bound on the lean, of the path's locations, requires it. Paths that break the bounds of
+    the problem, on the endless machine, are left out; `machine` has its limits.
     """
     alone, together, taken = [], rotary.copy(), set[float]()
     for one, two in sorted(_pairs(found), key=lambda pair: (pair[1].row - pair[0].row, pair[0].row)):
@@ -292,19 +278,9 @@ def _pairs(found: Rewound) -> Iterator[tuple[Rewind, Rewind]]:
 def better_phases(toolpath: Toolpath, machine: Machine, rotary: Array, found: Rewound) -> list[Finding]:
     """Find by how much to turn the part on the table for fewer rewinds within cuts.
 
-    The axis that carries the part is then further by that angle at every location; everything else stays as
-    it is, including the room to back off.
-
-    Parameters
-    ----------
-    toolpath : without rewinds
-    machine : with its limits
-    rotary : (n, 2), rad, chain order, unwrapped
-    found : the path with its rewinds
-
-    Returns
-    -------
-    At most one finding, code ``rewind-phase``; its value is the angle in degrees
+    The axis that carries the part is then further by that angle at every location of the unwrapped path,
+    (n, 2) rad; everything else stays as it is, including the room to back off. There is at most one finding,
+    code ``rewind-phase``; its value is the angle in degrees.
     """
     letter = machine.chain.joints[0].letter
     marks = sum(r.in_cut for r in found.rewinds if r.axis == letter)

@@ -62,7 +62,7 @@ def least_of_all(path: Toolpath, machine: Machine, rotary: Array) -> float:
     column = machine.column("C")
     limits = machine.axes[column].limits
     course = with_turn_changes(path, machine, rotary, [column])
-    stops = find_stops(course, machine, column, 0.0)
+    stop_price, turn_price, _ = find_stops(course, machine, column, 0.0)
     angles = course.rotary[:, 0]
     every = np.arange(-9, 10)
     unwrapped = angles[:, None] + TURN * every
@@ -76,8 +76,8 @@ def least_of_all(path: Toolpath, machine: Machine, rotary: Array) -> float:
             if not fits[i, every == came].any():
                 price = np.inf
                 break
-            one = stops.turn_price[0] if left > came else stops.turn_price[1]
-            price += stops.price[i] + abs(left - came) * one
+            one = turn_price[0] if left > came else turn_price[1]
+            price += stop_price[i] + abs(left - came) * one
         best = min(best, price)
     return best
 
