@@ -261,7 +261,7 @@ def _picked(job: Job, front: Front, outcomes: Sequence[Outcome]) -> Outcome:
     picked = min(job.pick or 1, len(members))
     return replace(
         members[picked - 1],
-        front=Front(points, dominated, solutions[0], tuple(solutions[1:])),
+        front=Front(points, dominated, tuple(solutions)),
         members=members,
         front_programs=FrontPrograms(programs, dominated, picked),
     )

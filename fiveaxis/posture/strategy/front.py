@@ -51,19 +51,17 @@ class Front:
     points : by increasing energy, or cost with another objective; the first is the solution, the last the
         fastest or smoothest
     dominated : how many solutions were left out because another one is as good in everything
-    solution : the cheapest path found for any point, with its baselines
-    others : the solutions of the other points, in their order
+    solutions : of each point, with its baselines
     """
 
     points: tuple[FrontPoint, ...]
     dominated: int
-    solution: Optimum
-    others: tuple[Optimum, ...] = ()
+    solutions: tuple[Optimum, ...]
 
     @property
-    def solutions(self) -> tuple[Optimum, ...]:
-        """The solution of each point."""
-        return (self.solution, *self.others)
+    def solution(self) -> Optimum:
+        """The cheapest path found for any point."""
+        return self.solutions[0]
 
     def pick(self, number: int) -> Optimum:
         """Return a solution by its number; 1 is the cheapest, a number too large gives the last."""
@@ -135,8 +133,8 @@ def find_front(
         ]
     figures = [point.figures(point.energy, options.objective) for point, _ in members]
     kept = [members[k] for k in undominated(figures)]
-    solutions = tuple(found for _, found in kept)
-    return Front(tuple(p for p, _ in kept), len(members) - len(kept), solutions[0], solutions[1:])
+    points, solutions = zip(*kept, strict=True)
+    return Front(points, len(members) - len(kept), solutions)
 
 
 def _by_clock(solution: Optimum, n: int, options: Options, searched: Callable[..., Optimum]) -> list[Member]:
@@ -296,13 +294,9 @@ class FrontPoint:
     def figures(self, energy: Energy, objective: Objective = "energy") -> tuple[float, ...]:
         """Return what the points of a front are compared by, less is better; the first is their order.
 
-        It is what is minimised, the energy with base power where that is known, and the time on the control's
-        clock. Where that isn't known, since the machine states no accelerations, bends stand for what it
-        would lose.
-
-        Parameters
-        ----------
-        energy : of the program
+        It is what is minimised, the energy of the program with base power where that is known, and the time
+        on the control's clock. Where that isn't known, since the machine states no accelerations, bends stand
+        for what it would lose.
         """
         spent = energy.total if energy.with_base is None else energy.with_base
         if objective != "time" and energy.timing == "accelerations":
@@ -362,20 +356,12 @@ def _bend(path: Toolpath, rotary: Array) -> float:
 
 
 def slowed(solution: Optimum, share: float, price: float) -> Optimum | None:
-    """Slow the cuts of a solution down where that saves energy.
+    """Slow the cuts of a solution down, to a least share of the feed, where that saves energy.
 
     Of each move between given locations the cheapest of some feeds is taken, by the drives' power at the mean
-    speeds of its parts, and by the base power where that is known. What changes of speed between moves cost,
-    the energy of the program tells.
-
-    Parameters
-    ----------
-    share : least one of the feed
-    price : W, of time, beside the base power
-
-    Returns
-    -------
-    The same postures at other feeds, with its baselines as they were; None where no cut is slower
+    speeds of its parts, by the base power where that is known, and by a price of time, W. What changes of
+    speed between moves cost, the energy of the program tells. The same postures at other feeds are returned,
+    with the baselines as they were; None where no cut is slower.
     """
     machine, path, motion = solution.machine, solution.toolpath, solution.motion
     shares, begins = np.linspace(share, 1.0, TRIED), np.flatnonzero(~path.inserted[:-1]) + 1

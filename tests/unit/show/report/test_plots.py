@@ -27,6 +27,6 @@ def test_the_figure_names_both_ends_and_what_the_axes_show(found, tmp_path):
 
 def test_no_points_and_no_format_are_refused(found, tmp_path):
     with pytest.raises(SettingError, match="no points"):
-        write_front_figure(Front((), 0, found.solution), tmp_path / "front.svg")
+        write_front_figure(Front((), 0, (found.solution,)), tmp_path / "front.svg")
     with pytest.raises(SettingError, match=r"let it end in \.svg or \.html"):
         write_front_figure(found, tmp_path / "front.pdf")
