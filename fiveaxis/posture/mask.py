@@ -69,10 +69,7 @@ class Mask:
     def admits(self, rows: IntArray, rotary: Array) -> BoolArray:
         """Query postures, (m, 2) rad, of locations, (m,).
 
-        Raises
-        ------
-        SettingError
-            The answer isn't one truth value for each posture.
+        `SettingError` if the answer isn't one truth value for each posture.
         """
         return _query(self.exact, rows, rotary)
 
@@ -83,9 +80,7 @@ class Mask:
     def along(self, location: Array | None) -> Mask:
         """Return the mask of a path with inserted locations, where both neighbours have to admit a posture.
 
-        Parameters
-        ----------
-        location : (n,), fractional index of each among the mask's locations; None for these themselves
+        `location` is (n,), their fractional indices among the mask's locations; None for these themselves.
         """
         if location is None:
             return self

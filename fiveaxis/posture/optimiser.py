@@ -340,12 +340,8 @@ class Attempts:
         ----------
         mask : which the path to begin with needn't pass
         start : (n, 2), rad, a path that is refined instead of a search
-        known : (n, 2), rad, a path that takes the place of both
-
-        Raises
-        ------
-        Infeasible
-            Locations out of reach; moves that turn too far.
+        known : (n, 2), rad, a path that takes the place of both; `Infeasible` without one where locations
+            are out of reach, or moves turn too far
         """
         problem, bounds = self._problem(narrow, path)
         machine, options = problem.machine, self.options

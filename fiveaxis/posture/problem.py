@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fiveaxis.base import Array, BoolArray, IntArray, SettingError, product
+from fiveaxis.base import Array, BoolArray, IntArray, product
 from fiveaxis.model import (
     PER_LOCATION,
     Machine,
@@ -111,25 +111,19 @@ class Problem(StepTable):
         Parameters
         ----------
         toolpath, machine, tilt : what to solve
-        up_penalty : J/mm, added to the cost of lifting what a linear axis carries (`lifting_costs`)
+        up_penalty : J/mm, at least 0, added to the cost of lifting what a linear axis carries
         max_turn : rad, largest turn of a rotary axis in each step (`turn_bounds`), or one for all
-        time_price : J/s, of time beyond that at the programmed feed
-        bend_price : J/rad², of ‖Δρ‖² between given locations; on the m parts of a move m times that, so that
-            a turn that is spread evenly over them costs the same
+        time_price : J/s, at least 0, of time beyond that at the programmed feed
+        bend_price : J/rad², at least 0, of ‖Δρ‖² between given locations; on the m parts of a move m times
+            that, so that a turn that is spread evenly over them costs the same
 
         Raises
         ------
         MachineError
             An axis without power, or too few axes (`DegenerateChain`).
-        SettingError
-            A penalty or price below zero.
         """
         require_positioning(machine)
         require_orienting(machine)
-        prices = {"J/mm": ("up penalty", up_penalty), "W": ("time price", time_price)}
-        for unit, (name, value) in (prices | {"J/rad²": ("smoothing", bend_price)}).items():
-            if not (np.isfinite(value) and value >= 0.0):
-                raise SettingError(f"{name} is {value:g} {unit}; it can't be negative")
         plus, minus = travel_costs(machine, toolpath.feed, toolpath.rapid)
         up, down = lifting_costs(machine, up_penalty)
         rates = axis_bounds(machine)
@@ -190,12 +184,7 @@ class Problem(StepTable):
         return self.placed(rows, rotary)[0]
 
     def placed(self, rows: Rows, rotary: Array) -> tuple[Array, Array]:
-        """Solve axis values and how far each tool axis is out of bounds.
-
-        Parameters
-        ----------
-        rows : m locations
-        rotary : (m, ..., 2), rad, chain order
+        """Solve axis values and how far each tool axis is out of bounds, of m locations at (m, ..., 2) rad.
 
         Returns
         -------
@@ -221,10 +210,7 @@ class Problem(StepTable):
     def quantities(self, positions: Array, axis: Array | None = None) -> Array:
         """Collect the quantities of a path's terms, (n, k + 4); its steps wait as long as they have to.
 
-        Parameters
-        ----------
-        positions : (n, k), mm and rad
-        axis : (n, 3), unit vectors; None if no term needs them
+        Positions are (n, k) mm and rad, tool axes (n, 3) unit vectors, None if no term needs them.
         """
         n, k = positions.shape
         quantities = np.zeros((n, k + OTHERS))

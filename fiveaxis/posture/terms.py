@@ -109,11 +109,7 @@ class Term:
         return float(np.sum(self.plus * rise + self.minus * fall + self.square * values**2))
 
     def coefficients(self, count: int) -> tuple[IntArray, Array]:
-        """Derive the rows' coefficients with respect to the quantities.
-
-        Parameters
-        ----------
-        count : quantities of a location
+        """Derive the rows' coefficients with respect to the quantities, `count` of each location.
 
         Returns
         -------

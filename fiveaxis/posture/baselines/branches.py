@@ -55,15 +55,9 @@ class Postures:
 
 
 def postures(machine: Machine, toolpath: Toolpath, axis: Array) -> Postures:
-    """Solve both branches for tool axes and check the limits.
+    """Solve both branches for tool axes, (..., n, 3) unit vectors, and check the limits.
 
-    Parameters
-    ----------
-    axis : (..., n, 3), unit vectors, workpiece frame; NaN rows give no posture
-
-    Returns
-    -------
-    With the dimensions of `axis` after that of the branches.
+    NaN rows give no posture. The result has the dimensions of `axis` after that of the branches.
     """
     rotary = hold_singular(rotary_angles(machine, axis), axis, machine)
     rotary = into_limits(machine, rotary)
@@ -72,13 +66,7 @@ def postures(machine: Machine, toolpath: Toolpath, axis: Array) -> Postures:
 
 
 def require_blocks(fill: Fill) -> Fill:
-    """Return the filled path of a baseline if a program can follow it.
-
-    Raises
-    ------
-    NoBaseline
-        The axes would have to jump between two locations.
-    """
+    """Return the filled path of a baseline if a program can follow it; `NoBaseline` if axes would jump."""
     jumps = fill.jumps
     if len(jumps):
         why = "the linear axes' directions come to lie in one plane"
@@ -93,13 +81,10 @@ def require_blocks(fill: Fill) -> Fill:
 
 
 def cheapest_sequence(machine: Machine, found: Postures, costs: tuple[Array, Array]) -> Array | None:
-    """Choose the branch of every location so that the travel metric is minimal.
+    """Choose the branch of every location so that the travel metric is minimal; (n, 2) rad, chain order.
 
-    Each rotary axis takes the shorter turn unless its limits forbid that; turns accumulate.
-
-    Returns
-    -------
-    (n, 2), rad, chain order; None where some location has no allowed branch
+    Each rotary axis takes the shorter turn unless its limits forbid that; turns accumulate. None where some
+    location has no allowed branch.
     """
     if not found.allowed.any(axis=0).all():
         return None
@@ -131,14 +116,8 @@ def spread_over_links(toolpath: Toolpath, rows: IntArray, rotary: Array) -> Arra
 def follow_axes(toolpath: Toolpath, machine: Machine, axis: Array) -> Array:
     """Compute the rotary angles of tool axes on the cheapest branches; (n, 2) rad.
 
-    Parameters
-    ----------
-    axis : (n, 3), unit vectors; in NaN rows (links) angles are interpolated between the neighbours
-
-    Raises
-    ------
-    NoBaseline
-        A location where neither branch keeps the limits.
+    In NaN rows (links) of the (n, 3) unit vectors angles are interpolated between the neighbours.
+    `NoBaseline` names a location where neither branch keeps the limits.
     """
     costs = travel_costs(machine, toolpath.feed, toolpath.rapid)
     ((rotary, unreached),) = follow_each(toolpath, machine, axis[None], costs)
@@ -155,10 +134,7 @@ def follow_each(
 ) -> Iterator[tuple[Array | None, IntArray]]:
     """Yield the rotary angles of each of several lists of tool axes, or None, and its rows beyond the limits.
 
-    Parameters
-    ----------
-    axes : (p, n, 3), unit vectors; links, in NaN rows, are the same ones in all lists
-    costs : `travel_costs` of the path
+    Lists are (p, n, 3) unit vectors with the same links, NaN rows; the costs are `travel_costs` of the path.
     """
     known = np.isfinite(axes[0]).all(axis=1)
     rows = np.flatnonzero(known)
@@ -252,10 +228,8 @@ def cheapest_branches(
 def nearest_to_reference(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> tuple[Array, BoolArray]:
     """Find for each location the smallest upward lean that the machine reaches.
 
-    Returns
-    -------
-    axis : (n, 3), unit vectors; NaN where the location is unbounded
-    open_rows : (n,), locations where no lean of the range is reached
+    Returned are unit vectors, (n, 3), NaN where the location is unbounded, and the locations, (n,), where no
+    lean of the range is reached.
     """
     upwards = uphill(tilt.reference, machine.chain.tool_home[:3, 2])
     axis = np.full_like(tilt.reference, np.nan)
@@ -286,10 +260,8 @@ def uphill(reference: Array, up: Array) -> Array:
 def nearest_held(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> tuple[Array, BoolArray]:
     """Find for each location the posture nearest to the reference on a machine with held axes.
 
-    Returns
-    -------
-    rotary : (n, 2), rad; on links interpolated between their neighbours
-    open_rows : (n,), locations without an admissible posture
+    Returned are angles, (n, 2) rad, on links interpolated between their neighbours, and the locations, (n,),
+    without an admissible posture.
     """
     angles = free_angles(machine)
     axis = tool_axes(machine, angles)

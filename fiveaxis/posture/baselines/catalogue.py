@@ -311,7 +311,7 @@ def walk(
     coarse: Array,
     fine: Array,
 ) -> Array:
-    """Take the cheapest move at every location, first coarse then fine, or the one to the anchor.
+    """Take the cheapest move at every location, first coarse then fine, or the one to the anchor; (n, 2) rad.
 
     Parameters
     ----------
@@ -320,10 +320,6 @@ def walk(
     plus, minus : (n, k), J/mm and J/rad, of the move into each location
     anchored : (n, k), mm and rad, a path that is admissible everywhere; brought near by whole turns
     coarse, fine : (m, 2), rad, offsets
-
-    Returns
-    -------
-    (n, 2), rad
     """
     rotary, here, there = anchored[:, columns], anchored[0].copy(), anchored[0].copy()
     count, axes, around = max(len(coarse), len(fine)), len(here), np.empty(2)

@@ -58,8 +58,7 @@ def moved_clear(
 
     Returns
     -------
-    kept : by name; those that were moved have a note
-    missing : by name, why a baseline has no clear path
+    Baselines by name, with a note where they were moved; and why others have no clear path
     """
     clear, machine = _Clear(problem, toolpath, bounds, mask), problem.machine
     kept, missing = dict(compared), {}
@@ -94,10 +93,7 @@ class _Clear:
     def moved(self, rotary: Array) -> Array:
         """Move a path, (n, 2) rad, where the mask refuses it.
 
-        Raises
-        ------
-        NoBaseline
-            No clear posture is near enough, or it can be reached only by turning too far.
+        `NoBaseline` if no clear posture is near enough, or it can be reached only by turning too far.
         """
         rows = np.flatnonzero(~self.mask.admits(np.arange(len(rotary)), rotary))
         if not len(rows):

@@ -105,11 +105,8 @@ class Delivery:
 
         Every baseline is priced as its own program, and given on the locations of the result; one that no
         program can follow is missing. A baseline that is cheaper than the result is refined and replaces it.
-
-        Parameters
-        ----------
-        solution : on the given locations, with its problem
-        candidates : further paths to begin from by name, (n, 2) rad: travel doesn't tell which costs least
+        So do `candidates`, further paths to begin from by name, (n, 2) rad: travel doesn't tell which costs
+        least.
 
         Returns
         -------
@@ -194,9 +191,7 @@ class Delivery:
     def run(self, rotary: Array, *, everywhere: bool = False) -> Delivered:
         """Find the best program from a path, (n, 2) rad, chain order, at the given locations.
 
-        Parameters
-        ----------
-        everywhere : whether to search away from the path, too, as far as the effort goes
+        With `everywhere` also away from the path, as far as the effort goes.
         """
         here = self.priced(rotary)
         if len(rotary) == 1:
@@ -244,9 +239,8 @@ class Delivery:
     def _by_search(self, start: Delivered) -> Delivered:
         """Search effort by effort; each begins with what the smaller one found.
 
-        Returns
-        -------
-        The steadiest program that costs little more than the cheapest, and no more than a smaller effort's.
+        The steadiest program is returned that costs little more than the cheapest, and no more than a smaller
+        effort's.
         """
         best, steadiest = start, None
         for effort in self.near.effort.nested:
@@ -336,10 +330,8 @@ class Delivery:
     ) -> Candidate | None:
         """Search all postures on some of the locations, and refine what is found there; None for no path.
 
-        Parameters
-        ----------
-        known : (n, 2), rad, at the given locations, to refine instead of a search
-        queries_all : whether the mask is queried everywhere
+        A known path, (n, 2) rad at the given locations, is refined instead. With `queries_all` the mask is
+        queried everywhere.
         """
         self._steps(0, 1)
         # A program that is revised in its own lines gets no further ones for the search.
@@ -414,11 +406,8 @@ class Delivery:
         """Refine by prices of blocks that are sharper from round to round, until nothing more is saved.
 
         What a round finds may need further locations: the next one solves them, too. Within a mask each takes
-        many queries, so there the first one has to save something over the start.
-
-        Parameters
-        ----------
-        again : whether the result will be refined again, and may be rough
+        many queries, so there the first one has to save something over the start. A result that will be
+        refined `again` may be rough.
         """
         instance, rotary = start.denser, start.filled
         here: Delivered | None = None
@@ -480,9 +469,7 @@ class Delivery:
     def _steadied(self, found: Sequence[Delivered], before: Delivered | None) -> Delivered:
         """Return the steadiest program that costs little more than the cheapest.
 
-        Parameters
-        ----------
-        before : the result of a smaller effort; what costs more than that is none
+        `before` is the result of a smaller effort; what costs more than that is none.
         """
         kept = [one for one in (*found, before) if one is not None]
         least = min(kept, key=rank)
@@ -527,13 +514,9 @@ class Delivery:
     def priced(
         self, rotary: Array, instance: Instance | None = None, solved: Problem | None = None
     ) -> Delivered:
-        """Price a path by the blocks of its program, and check the postures between its locations.
+        """Price a path, (n, 2) rad, by its program's blocks, and check the postures between its locations.
 
-        Parameters
-        ----------
-        rotary : (n, 2), rad
-        instance : its locations; the given ones by default
-        solved : the problem of which it is an optimum
+        The locations are the given ones by default; `solved` is the problem of which it is an optimum.
         """
         instance = self._given if instance is None else instance
         machine = instance.problem.machine

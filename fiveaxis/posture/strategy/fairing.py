@@ -24,19 +24,10 @@ INSIDE = 1e-6
 
 
 def faired(problem: Problem, rotary: Array, farthest: float) -> Array:
-    """Smooth a path's postures, and put the tool back into the bounds on its lean.
+    """Smooth a path's postures, (n, 2) rad, and put the tool back into the bounds on its lean.
 
     Minimised are squared distances from the postures, and squared third differences at the highest price that
-    moves no posture farther than asked for (Whittaker 1923).
-
-    Parameters
-    ----------
-    rotary : (n, 2), rad, chain order
-    farthest : rad, that a rotary axis may move by
-
-    Returns
-    -------
-    (n, 2), rad; the path itself where it is too short
+    moves no rotary axis by more than `farthest`, rad (Whittaker 1923). A short path is returned as it is.
     """
     if len(rotary) < 4:
         return rotary

@@ -16,13 +16,9 @@ FREE_STEP = np.radians(0.25)
 
 
 def hold(machine: Machine, angles: Mapping[str, float]) -> Machine:
-    """Return the machine with rotary axes fixed at angles.
+    """Return the machine with one or both rotary axes fixed at angles, rad by axis letter.
 
     They remain axes of the machine, with equal limits, so that motions keep their columns.
-
-    Parameters
-    ----------
-    angles : rad by axis letter, one or both rotary axes
 
     Raises
     ------

@@ -48,12 +48,8 @@ def unreachable(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> list[
 
     Most locations pass with the first posture tried, the upward lean of the ``normal`` baseline, or with one
     of a few other directions of lean. For the rest all tool axes are sampled, so a set narrower than the
-    samples' spacing may be missed.
-
-    Returns
-    -------
-    One finding per location, code ``no-posture``, with the axis and limit of the nearest posture, and with
-    each single bound or limit whose change would admit a posture (verified on a posture that it admits).
+    samples' spacing may be missed. Each finding, code ``no-posture``, has the axis and limit of the nearest
+    posture, and each single bound or limit whose change would admit a posture (verified on one).
     """
     if is_holding(machine):
         rows = np.flatnonzero(nearest_held(toolpath, machine, tilt)[1])
@@ -216,17 +212,12 @@ def _past_limit(machine: Machine, shown: Array, column: int) -> str:
 
 
 def without_path(problem: Problem, toolpath: Toolpath, found: Array, mask: Mask | None = None) -> Infeasible:
-    """Say where no sequence of postures leads on, or what the best one breaks.
+    """Say where no sequence of postures leads on, or what the best one breaks; code ``no-posture``.
 
     Parameters
     ----------
     found : (m, 2), rad, chain order: as far as a search came, or a whole path that breaks bounds
     mask : within which it was searched; None without one
-
-    Returns
-    -------
-    With findings of code ``no-posture``: one at the location that can't be reached, or one for each bound
-    that is broken at a location
     """
     if len(found) < len(problem):
         finding = _no_step(problem, toolpath, found, mask)
@@ -283,12 +274,7 @@ def _too_far(problem: Problem, move: int, turn: Array) -> str:
 def refusal(
     problem: Problem, toolpath: Toolpath, rotary: Array, refused: BoolArray, mask: Mask
 ) -> Infeasible:
-    """Say of each refused location, (n,), whether the mask admits a posture there.
-
-    Parameters
-    ----------
-    rotary : (n, 2), rad, the path's postures, of which the mask refuses some
-    """
+    """Say of each refused location, (n,), of a path, (n, 2) rad, whether the mask admits a posture there."""
     findings = []
     for row in np.flatnonzero(refused):
         # Samples may miss a narrow tilt range; the path has a posture in it.

@@ -92,9 +92,7 @@ class Near:
     def refined(self, instance: Instance, problem: Problem, start: Array, rough: bool = False) -> Array:
         """Solve a problem, which has other prices than `instance`, near a start, (n, 2) rad.
 
-        Parameters
-        ----------
-        rough : whether the result will be solved again
+        The result is rough if it will be solved again.
         """
         problem = self._within_cone(instance, problem, start).eased(start)
         last = ROUGH if rough else LAST
@@ -150,9 +148,7 @@ class Near:
     ) -> Array | None:
         """Search the whole range of postures; (n, 2) rad, None where no sequence of them was found.
 
-        Parameters
-        ----------
-        queries_all : whether the mask is queried everywhere, not only where it is in the way
+        With `queries_all` the mask is queried everywhere, not only where it is in the way.
         """
         mask, tight = self._along(instance), None
         rough = None if mask is None else mask.roughly_admits
@@ -251,9 +247,7 @@ class Confinement:
     def refined(self, start: Array) -> Array:
         """Refine a path, (n, 2) rad; the result is refused only where the start is.
 
-        Returns
-        -------
-        (n, 2), rad; never costlier than a start that keeps all bounds
+        It is never costlier than a start that keeps all bounds.
         """
         found = self._round(start)
         return start if found is None or self.problem.priced(found) >= self.problem.priced(start) else found

@@ -55,15 +55,9 @@ class Cone:
 
 
 def nearest_angles(machine: Machine, rotary: Array) -> Array:
-    """Compute how close each move comes to the singular direction, at its ends and halfway.
+    """Compute how close each move of a path, (n, 2) rad, comes to the singular direction, (n − 1,) rad.
 
-    Parameters
-    ----------
-    rotary : (n, 2), rad, chain order
-
-    Returns
-    -------
-    (n − 1,), rad
+    It is looked at at its ends and halfway.
     """
     at = singular_angles(machine, tool_axes(machine, rotary))
     halfway = singular_angles(machine, tool_axes(machine, (rotary[1:] + rotary[:-1]) / 2.0))
@@ -109,10 +103,8 @@ def cone_findings(toolpath: Toolpath, machine: Machine, rotary: Array, cone: Con
 def slow_findings(toolpath: Toolpath, machine: Machine, motion: Motion) -> list[Finding]:
     """List the runs of cuts whose feed a rotary axis can't keep at its highest speed.
 
-    Returns
-    -------
-    Code ``singular-crossing`` where the first rotary axis slows a move near the singular direction,
-    ``rotary-slows`` elsewhere; the value is the factor by which the slowest block of the run is stretched
+    The code is ``singular-crossing`` where the first rotary axis slows a move near the singular direction,
+    ``rotary-slows`` elsewhere; the value is the factor by which the slowest block of the run is stretched.
     """
     turns = np.abs(motion.moves[:, machine.rotary_columns])
     speeds = [machine.axes[c].max_speed or np.inf for c in machine.rotary_columns]

@@ -80,14 +80,9 @@ def shared(most: Array, known: Array, location: Array, rows: Array, turned: Arra
 
     Parameters
     ----------
-    most : (n − 1, 2), rad, the bounds
-    known : (n − 1, 2), rad, how far the path turns in the moves
+    most, known : (n − 1, 2), rad, the bounds, and how far the path turns in the moves
     location : (n,), fractional index of their locations in the given path
     rows, turned : (m,) and (m − 1, 2), the same of the parts
-
-    Returns
-    -------
-    (m − 1, 2), rad
     """
     move = np.searchsorted(location, rows[1:]) - 1
     share = (np.diff(rows) / np.diff(location)[move])[:, None]
