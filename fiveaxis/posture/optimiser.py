@@ -416,18 +416,11 @@ class Attempts:
 def with_bound(
     found: Found, constraints: Constraints, objective: Objective, progress: Progress = unheard
 ) -> Found:
-    """Add a certified lower bound of a solution's energy, or of its travel metric if that is minimised.
+    """Add a certified lower bound of a solution's energy, or of its travel metric if that is the objective.
 
-    The bound holds for every posture that keeps the lean, the axis limits and the largest turns. Collisions,
-    a mask and a singular cone, which only raise the cost, aren't looked at. A machine whose drives allow no
-    bound gets a finding.
-
-    Parameters
-    ----------
-    found : the solution
-    constraints : that it was found within
-    objective : what was minimised
-    progress : called with what is being done
+    The bound holds for every posture that keeps the lean, the axis limits and the largest turns of the
+    constraints. Collisions, a mask and a singular cone, which only raise the cost, aren't looked at. A
+    machine whose drives allow no bound gets a finding.
     """
     by_tip = found.filling.interpolation is Interpolation.TCP
     bound = bound_travel if objective == "travel" else partial(bound_energy, by_tip=by_tip)

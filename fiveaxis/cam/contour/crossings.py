@@ -25,11 +25,8 @@ def crossings(
 ) -> tuple[IntArray, Array]:
     """Find the nearest cutting moves on either side of each contact that cross the plane normal to the feed.
 
-    Parameters
-    ----------
-    points, heading, normals : (n, 3), mm and unit vectors; rows with a zero heading are skipped
-    starts : (m,), rows from which a move leads to the next row
-    farthest : mm
+    Contacts are (n, 3) mm, headings and normals unit vectors; rows with a zero heading are skipped. From the
+    rows `starts`, (m,), a move leads to the next row.
 
     Returns
     -------

@@ -72,12 +72,7 @@ class TriangleTree:
         return kernels.nearest_all(np.ascontiguousarray(points), self.triangles, self.boxes, bound)
 
     def nearest(self, points: Array, bound: float = np.inf) -> tuple[Array, IntArray, Array]:
-        """Find the nearest point of the surface.
-
-        Parameters
-        ----------
-        points : (n, 3), mm
-        bound : mm, largest distance searched
+        """Find the point of the surface nearest to points, (n, 3) mm, that is no farther than a bound, mm.
 
         Returns
         -------

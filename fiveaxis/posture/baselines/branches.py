@@ -161,19 +161,14 @@ def cheapest_branches(
     plus: Array,
     minus: Array,
 ) -> Array:
-    """Choose branches and turns by dynamic programming.
+    """Choose branches and turns by dynamic programming; (n, 2) rad, chain order.
 
     Parameters
     ----------
     positions, allowed : (2, n, k) and (2, n), as `Postures`
     columns : (2,), of the rotary axes
-    low, high : (2,), rad; the shorter turn is taken within these limits
-    slack : rad, by which limits may be exceeded
+    low, high, slack : (2,) rad, limits within which the shorter turn is taken; rad that may be beyond them
     plus, minus : (n, k), J/mm and J/rad, of the move into each location
-
-    Returns
-    -------
-    (n, 2), rad, chain order
     """
     n, k = positions.shape[1], positions.shape[2]
     turn = 2.0 * np.pi

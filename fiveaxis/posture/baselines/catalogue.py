@@ -67,12 +67,7 @@ INSETS = np.radians([2.0, 0.5, 0.1, 0.02])
 def find_baselines(
     toolpath: Toolpath, machine: Machine, tilt: TiltBounds, checkpoint: Checkpoint = UNKEPT
 ) -> tuple[dict[str, Baseline], dict[str, str]]:
-    """Find every baseline of a path.
-
-    Parameters
-    ----------
-    toolpath, machine, tilt : the problem
-    checkpoint : takes their postures
+    """Find every baseline of a path; a checkpoint takes their postures.
 
     Returns
     -------

@@ -585,10 +585,8 @@ class Delivery:
     ) -> BlockCosts:
         """Compute what blocks cost: energy where that is minimised, else in proportion to travel.
 
-        Parameters
-        ----------
-        program : whose times the blocks take; they are at the feed by default, or where no clock is known
-        other : whether to take the other of both
+        With `other` it is the other of both. Blocks take the times of a program, where a clock is known, or
+        else those at the feed.
         """
         problem, path = instance.problem, instance.path
         if (self.options.objective == "energy") == other:

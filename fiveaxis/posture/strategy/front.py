@@ -92,8 +92,8 @@ def find_front(
     toolpath, machine, constraints : as for `optimise_postures`
     n : how many solutions are sought, at least two
     options : as for `optimise_postures`, without `smoothing` and `bound`
-    feed_share : least share of the feed to which cuts may be slowed where that saves energy; by default they
-        keep their feed
+    feed_share : least share of the feed, 0…1, to which cuts may be slowed where that saves energy; by default
+        they keep their feed
 
     Returns
     -------
@@ -102,12 +102,14 @@ def find_front(
     Raises
     ------
     SettingError
-        Fewer than two solutions; a price that isn't positive; ``smoothing`` given; a share outside 0…1, or
-        with another objective than energy.
+        A share of the feed with another objective than energy.
     Infeasible, MachineError, ToolError, ToolpathError
         As `optimise_postures`.
     """
-    _require_sense(n, options, feed_share)
+    if feed_share is not None and options.objective != "energy":
+        raise SettingError(
+            f"feed_share slows cuts to save energy, and the objective is {options.objective}; leave one out"
+        )
     by_clock = not options.is_timed and not options.clock.is_programmed(machine)
     done = 0
 
@@ -203,19 +205,6 @@ def _unpriced(path: Toolpath, own: Problem, first: Problem) -> Problem:
         time_price=first.time_price,
         excess_price=first.excess_price,
     )
-
-
-def _require_sense(n: int, options: Options, feed_share: float | None) -> None:
-    if n < 2:
-        raise SettingError(f"a front of {n} solutions has no two ends; it needs at least 2")
-    if options.smoothing:
-        raise SettingError("a front has its own smoothing at each point; leave it out")
-    if feed_share is not None and not 0.0 < feed_share < 1.0:
-        raise SettingError(f"feed_share is {feed_share:g}; it must be above 0 and below 1")
-    if feed_share is not None and options.objective != "energy":
-        raise SettingError(
-            f"feed_share slows cuts to save energy, and the objective is {options.objective}; leave one out"
-        )
 
 
 def undominated(figures: Sequence[Sequence[float]]) -> list[int]:
@@ -325,12 +314,9 @@ def interrupted_cuts(solution: Optimum) -> int:
 
 
 def measured(solution: Optimum, time_price: float, unpriced: Problem) -> FrontPoint:
-    """Evaluate a solution; its turns are those without rewinds, which don't cut.
+    """Evaluate a solution found with a price of delay, W; its turns are those without rewinds.
 
-    Parameters
-    ----------
-    time_price : W, price of delay with which it was found
-    unpriced : its problem, without the prices that differ from point to point
+    `unpriced` is its problem, without the prices that differ from point to point.
     """
     path, _, rotary = solved(solution)
     driven = solution.motion if solution.unwrapped is None else follow(path, unpriced.machine, rotary)

@@ -27,7 +27,7 @@ def turn_bounds(
     location: Array | None = None,
     machine: Machine | None = None,
 ) -> Array:
-    """Bound the turn of every rotary axis in each move of a path.
+    """Bound the turn of every rotary axis in each move of a path, (n − 1,) rad.
 
     Locations inserted in a given move share its bound. A move in which the program itself turns the tool
     farther may turn as far; without a given bound, so may one in which the surface or, up to `FARTHEST`, an
@@ -35,16 +35,11 @@ def turn_bounds(
 
     Parameters
     ----------
-    toolpath : n locations
     constraints : `max_turn` in a cutting move, by default `USUAL_SPEED` at the programmed feed and at most
         `FARTHEST`, and `turn_rate` over the path of the contact in cuts. Links may turn `LINK_SHARE` times as
         far
     location : (n,), fractional index of each in the given path; by default all are given
     machine : whose axes turn, where no path was found otherwise; None where only the tool's own turns count
-
-    Returns
-    -------
-    (n − 1,), rad
     """
     max_turn, turn_rate = constraints.max_turn, constraints.turn_rate
     cutting = toolpath.cutting[1:]

@@ -255,20 +255,12 @@ def retract_ends(course: UnwrappedPath, machine: Machine, rows: IntArray, distan
 
 
 def clear_retracts(course: UnwrappedPath, machine: Machine, column: int, rows: IntArray) -> Array:
-    """Measure how far the tool must back off along its axis before a rotary axis may make whole turns.
+    """Measure how far the tool must back off along its axis before an axis may make whole turns; (m,) mm.
 
     A sphere around everything that is cut must stay clear. If the workpiece sits on the turning axis, the
     sphere is centred on that axis, so the turn leaves it in place. The tool is a ray as thick as its thickest
-    part. Table, fixture, surroundings and axis limits aren't considered.
-
-    Parameters
-    ----------
-    column : of the turning axis among the machine's axes
-    rows : (m,), locations
-
-    Returns
-    -------
-    (m,), mm; infinite where no distance was found
+    part. Table, fixture, surroundings and axis limits aren't considered. Where no distance was found it is
+    infinite.
     """
     toolpath, rotary = course.toolpath, course.rotary
     tip = toolpath.tips(tool_axes(machine, rotary))

@@ -42,10 +42,9 @@ def plan_turns(
 
     Parameters
     ----------
-    angles : (n,), rad, unwrapped
-    limits : of the axis
-    stop : (n,), J, of stopping at a location for a rewind; infinite where that is impossible
-    up, down : J, of each turn
+    angles : (n,), rad, unwrapped, of an axis with limits
+    stop, up, down : (n,) J, of stopping at a location for a rewind, infinite where that is impossible; and J
+        of each turn
 
     Returns
     -------
