@@ -25,7 +25,6 @@ from .mesh.kernels import encloses as encloses
 from .mesh.kernels import nearest_triangle as nearest_triangle
 from .mesh.kernels import segment_gap as segment_gap
 from .mesh.loading import load_mesh as load_mesh
-from .mesh.loading import mesh_size as mesh_size
 from .mesh.loading import read_solid as read_solid
 from .mesh.loading import require_solid as require_solid
 from .mesh.loading import size_findings as size_findings

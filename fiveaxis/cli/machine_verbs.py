@@ -376,7 +376,7 @@ def _end(value: float | None) -> str:
 
 def print_faces(path: Path, tool: str | None, unit: Unit | None, body: str | None, *, as_json: bool) -> None:
     """Print the faces of a CAD file, and whether a ball is small enough for their hollows."""
-    from fiveaxis.cam import load_mesh, mesh_size, size_text, survey
+    from fiveaxis.cam import load_mesh, size_text, survey
     from fiveaxis.model import parse_tool
 
     radius = None if tool is None else parse_tool(tool).radius
@@ -384,7 +384,7 @@ def print_faces(path: Path, tool: str | None, unit: Unit | None, body: str | Non
         mesh = load_mesh(path, unit=unit, body=body, allow_open=True)
         model = mesh.model
         sheets = () if model is None else survey(model)
-    size, bodies = mesh_size(mesh), {} if model is None else model.bodies
+    size, bodies = mesh.extents, {} if model is None else model.bodies
     if as_json:
         return print_json(
             {

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from fiveaxis.base import STAGES, UNKEPT, Array, Checkpoint, Finding, Place, Progress, Severity, unheard
-from fiveaxis.cam import mesh_size
 from fiveaxis.check import Gate, Report
 from fiveaxis.job.clearing import Cleared, solve_clear
 from fiveaxis.job.description import Job
@@ -132,7 +131,7 @@ class Outcome:
     def part_size(self) -> Array | None:
         """(3,), mm, extents of the part; None without one."""
         part = self.solution.surroundings.part
-        return None if part is None else mesh_size(part)
+        return None if part is None else part.extents
 
     @property
     def gate(self) -> Gate:

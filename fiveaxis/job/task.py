@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from fiveaxis.base import STAGES, USUAL_CONTROL, Infeasible, JobError, Progress, Severity, Writing, unheard
-from fiveaxis.cam import mesh_size, on_part, size_findings
+from fiveaxis.cam import on_part, size_findings
 from fiveaxis.check import Surroundings, build_scene
 from fiveaxis.job.description import Job, SetupTable
 from fiveaxis.job.in_place import RevisedOperation
@@ -243,7 +243,7 @@ def _with_part_size(job: Job, toolpath: Toolpath, around: Surroundings) -> Toolp
     file = job.surrounding.part
     if around.part is None or file is None:
         return toolpath
-    size, diameter = mesh_size(around.part), toolpath.tool.diameter
+    size, diameter = around.part.extents, toolpath.tool.diameter
     found = size_findings(size, unit=part_unit(job) or "mm", diameter=diameter, name=str(file))
     return replace(toolpath, findings=(*toolpath.findings, *found))
 

@@ -9,7 +9,7 @@ from typing import NoReturn
 
 import numpy as np
 
-from fiveaxis.base import Array, Infeasible, IntArray, MeshError, MeshSource, Unit, keywords_of
+from fiveaxis.base import Array, Infeasible, IntArray, MeshError, MeshSource, keywords_of
 from fiveaxis.cam.contour.ball_space import BallSpace, Linker
 from fiveaxis.cam.contour.contacts import Contacts, Sampling, sample_loop
 from fiveaxis.cam.contour.flow import flow_lines
@@ -32,7 +32,6 @@ from fiveaxis.cam.mesh.cad.choice import of_faces, uncut_findings
 from fiveaxis.cam.mesh.distance import TriangleTree
 from fiveaxis.cam.mesh.loading import (
     body_findings,
-    mesh_size,
     other_sizes,
     size_findings,
     size_text,
@@ -123,28 +122,23 @@ def plan_contour(
     return plan_passes(part, tool, options).toolpath
 
 
-def plan_passes(
-    part: MeshSource,
-    tool: Tool,
-    options: PlanOptions,
-) -> Plan:
+def plan_passes(part: MeshSource, tool: Tool, options: PlanOptions) -> Plan:
     """Plan as `plan_contour` does, and return the rows of the passes too."""
-    unit = options.unit
     leaning = options.leaning(tool)
     name = str(part) if isinstance(part, str | Path) else "mesh"
     mesh = options.mesh(part, name)
     model = mesh.model
     surface = Surface.from_mesh(mesh, crease=np.radians(options.crease), model=model)
     chosen = surface if options.faces is None else surface.part(of_faces(model, options.faces, name))
-    read: Unit = unit or "mm"
-    sized = size_findings(mesh_size(mesh), unit=read, diameter=tool.diameter, name=name)
-    extent = float(mesh_size(mesh).max())
+    size, unit = mesh.extents, options.unit or "mm"
+    sized = size_findings(size, unit=unit, diameter=tool.diameter, name=name)
+    extent = float(size.max())
     options.check_size(extent, mesh.area, options.strip_radius(leaning))
     if tool.diameter > extent:
         raise MeshError(
-            f"the part measures {size_text(mesh_size(mesh))}, read in {read}, and the cutter "
+            f"the part measures {size_text(size)}, read in {unit}, and the cutter "
             f"{tool.diameter:g} mm: take a smaller one (--tool), or say in which unit the file is (--unit): "
-            f"{other_sizes(mesh_size(mesh), unit or 'mm')}",
+            f"{other_sizes(size, unit)}",
             file=name,
         )
     space = BallSpace(TriangleTree.build(surface.triangles), leaning.ball, model)
@@ -259,7 +253,8 @@ def _refuse(
         )
     where = "faces" if options.strategy == "flow" else "sections"
     raise MeshError(
-        f"has no {wall} on its {where} (the part measures {size_text(mesh_size(surface))})", file=name
+        f"has no {wall} on its {where} (the part measures {size_text(np.ptp(surface.bounds, axis=0))})",
+        file=name,
     )
 
 

@@ -14,7 +14,6 @@ from fiveaxis.cam.contour.options import PlanOptions
 from fiveaxis.cam.mesh.cad.choice import of_faces
 from fiveaxis.cam.mesh.cad.model import Model
 from fiveaxis.cam.mesh.distance import TriangleTree, tree_of
-from fiveaxis.cam.mesh.loading import mesh_size
 from fiveaxis.cam.mesh.mesh import Mesh
 from fiveaxis.cam.mesh.surface import facet_normals
 from fiveaxis.model import Toolpath
@@ -104,7 +103,7 @@ def path_quality(toolpath: Toolpath, part: MeshSource, options: PlanOptions | No
         edges=2 * int(cuts.moving.sum()) - len(heights),
         cut_length=float(toolpath.lengths[toolpath.cutting].sum()),
         link_length=float(toolpath.lengths[~toolpath.cutting].sum()),
-        part_size=mesh_size(mesh),
+        part_size=mesh.extents,
     )
 
 

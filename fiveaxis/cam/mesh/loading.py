@@ -29,8 +29,6 @@ from fiveaxis.cam.mesh.parsing import DAMAGED, parse_mesh, require_few
 if TYPE_CHECKING:
     import trimesh
 
-    from fiveaxis.cam.mesh.surface import Surface
-
 # mm: products of three larger coordinates, as in volumes, lose their last digit that matters.
 FARTHEST = 1e7
 
@@ -95,7 +93,7 @@ def load_mesh(
         if unit not in (None, "mm"):
             parsed = Mesh(FACTORS[unit] * parsed.vertices, parsed.faces)
     mesh = check_mesh(parsed, name=str(file), allow_open=allow_open, turn=turn)
-    logger.info("%s: %d triangles, %s", file.name, len(mesh.faces), size_text(mesh_size(mesh)))
+    logger.info("%s: %d triangles, %s", file.name, len(mesh.faces), size_text(mesh.extents))
     return mesh
 
 
@@ -197,11 +195,6 @@ def _require_sound(mesh: Mesh, name: str) -> None:
             f"has a coordinate of {farthest:g} mm, beyond {FARTHEST:g} mm; check its unit (unit, --unit)",
             file=name,
         )
-
-
-def mesh_size(mesh: Mesh | Surface) -> Array:
-    """Return the extents of a mesh along X, Y and Z, (3,) mm."""
-    return np.asarray(np.ptp(mesh.vertices, axis=0), dtype=float)
 
 
 def size_text(size: Array) -> str:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from fiveaxis.base import JOB, Array, BoolArray, IntArray, MeshSource, angle_between, risk
-from fiveaxis.cam import Mesh, Model, TriangleTree, load_mesh, mesh_size, size_text, tree_of
+from fiveaxis.cam import Mesh, Model, TriangleTree, load_mesh, size_text, tree_of
 from fiveaxis.check.collision.scene import LENGTH, WATERTIGHT
 from fiveaxis.check.verification.check_context import CheckContext, Tolerances
 from fiveaxis.check.verification.checks import largest
@@ -91,7 +91,7 @@ def _what_was_checked(
 ) -> str:
     point = f"the point {tcp_height:g} mm above its tip" if tcp_height else "its tip"
     how = "with all axes linear in time" if tcp_height is None else f"with {point} moving straight"
-    what, model = f"the part's mesh ({size_text(mesh_size(mesh))})", mesh.model
+    what, model = f"the part's mesh ({size_text(mesh.extents)})", mesh.model
     if model is not None:
         what += f", which is within {model.deviation:.2g} mm of the model's surfaces"
         what += ", and against these where that leaves a doubt,"

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from fiveaxis.base import JOB, SURFACE_TOLERANCE, Finding, Gap, Reading, Severity, ToolpathError, risk
-from fiveaxis.cam import mesh_size, size_findings
+from fiveaxis.cam import size_findings
 from fiveaxis.check.collision.surroundings import Surroundings
 from fiveaxis.check.verification.between import JOINT_ONLY, CheckedInterpolation
 from fiveaxis.check.verification.check_context import CheckContext, PathConstraints, Tolerances, make_context
@@ -177,7 +177,7 @@ def _part_size(around: Surroundings, against: Against) -> tuple[Finding, ...]:
     if around.part is None or against.cutter is None:
         return ()
     diameter, unit = against.cutter.diameter, against.part_unit
-    return size_findings(mesh_size(around.part), unit=unit, diameter=diameter, name="part")
+    return size_findings(around.part.extents, unit=unit, diameter=diameter, name="part")
 
 
 def _context(

@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from fiveaxis.base.errors import JobError, SettingError
-from fiveaxis.cam import load_mesh, mesh_size, size_findings, size_text
+from fiveaxis.cam import load_mesh, size_findings, size_text
 from fiveaxis.job import load_surroundings, make_job
 from fiveaxis.job.loading import load_job_toolpath
 
@@ -24,7 +24,7 @@ def file(tmp_path):
     [("mm", "2 × 2 × 1 mm"), ("inch", "50.8 × 50.8 × 25.4 mm"), ("m", "2000 × 2000 × 1000 mm")],
 )
 def test_a_mesh_is_read_in_its_unit(file, unit, text):
-    assert size_text(mesh_size(load_mesh(file, unit=unit))) == text
+    assert size_text(load_mesh(file, unit=unit).extents) == text
 
 
 def test_an_unknown_unit_names_the_known_ones(file):
@@ -55,16 +55,14 @@ def test_an_implausible_size_is_one_warning_with_the_sizes_in_other_units(extent
 
 def test_part_and_stock_of_a_job_have_its_units(file):
     planned = load_surroundings(make_job(input=file, stock=file, unit="inch"))
-    assert (
-        size_text(mesh_size(planned.part)) == size_text(mesh_size(planned.stock)) == "50.8 × 50.8 × 25.4 mm"
-    )
+    assert size_text(planned.part.extents) == size_text(planned.stock.extents) == "50.8 × 50.8 × 25.4 mm"
     apart = load_surroundings(make_job(input=file, stock=file, unit="inch", part_unit="m"))
-    assert size_text(mesh_size(apart.part)) == "50.8 × 50.8 × 25.4 mm"
-    assert size_text(mesh_size(apart.stock)) == "2000 × 2000 × 1000 mm"
+    assert size_text(apart.part.extents) == "50.8 × 50.8 × 25.4 mm"
+    assert size_text(apart.stock.extents) == "2000 × 2000 × 1000 mm"
     path = file.with_suffix(".apt")
     path.write_text("UNITS/MM\nGOTO/0,0,0,0,0,1\n")
     read = load_surroundings(make_job(input=path, part=file, unit="inch"))
-    assert size_text(mesh_size(read.part)) == "2 × 2 × 1 mm"
+    assert size_text(read.part.extents) == "2 × 2 × 1 mm"
 
 
 def test_a_path_in_metres_is_refused(file, tmp_path):
