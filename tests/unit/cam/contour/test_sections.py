@@ -3,7 +3,7 @@ import pytest
 import trimesh
 
 from fiveaxis.cam import plan_contour
-from fiveaxis.cam.contour.options import Walls
+from fiveaxis.cam.contour.options import PlanOptions
 from fiveaxis.cam.contour.sections import (
     climbing_curvature,
     scallop_levels,
@@ -82,12 +82,9 @@ def test_turning_a_surface_there_and_back_changes_nothing():
         np.testing.assert_allclose(getattr(again, name), getattr(surface, name), atol=1e-12)
 
 
-UP = np.array([0.0, 0.0, 1.0])
-
-
 def levels_of(mesh: trimesh.Trimesh, radius: float, scallop: float, step: float | None = None) -> np.ndarray:
     surface = Surface.from_mesh(mesh)
-    walls = Walls(UP).keep(surface.facet_normals)
+    walls = PlanOptions().is_wall(surface.facet_normals)
     return scallop_levels(surface, walls, radius=radius, scallop=scallop, step=step)
 
 
