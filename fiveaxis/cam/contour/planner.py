@@ -128,7 +128,7 @@ def plan_passes(part: MeshSource, tool: Tool, options: PlanOptions) -> Plan:
     name = str(part) if isinstance(part, str | Path) else "mesh"
     mesh = options.mesh(part, name)
     model = mesh.model
-    surface = Surface.from_mesh(mesh, crease=np.radians(options.crease), model=model)
+    surface = Surface.from_mesh(mesh, crease=np.radians(options.crease))
     chosen = surface if options.faces is None else surface.part(of_faces(model, options.faces, name))
     size, unit = mesh.extents, options.unit or "mm"
     sized = size_findings(size, unit=unit, diameter=tool.diameter, name=name)
@@ -253,7 +253,7 @@ def _refuse(
         )
     where = "faces" if options.strategy == "flow" else "sections"
     raise MeshError(
-        f"has no {wall} on its {where} (the part measures {size_text(np.ptp(surface.bounds, axis=0))})",
+        f"has no {wall} on its {where} (the part measures {size_text(surface.extents)})",
         file=name,
     )
 

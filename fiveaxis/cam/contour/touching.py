@@ -136,7 +136,7 @@ def find_contacts(
     rows = np.flatnonzero(toolpath.cutting)
     mesh = take_mesh(part, name="part", unit=unit, allow_open=True, mesh_tolerance=mesh_tolerance, body=body)
     model = mesh.model
-    surface = Surface.from_mesh(mesh, crease=math.radians(crease), model=model)
+    surface = Surface.from_mesh(mesh, crease=math.radians(crease))
     touch = _touches(toolpath.at(rows), SignedSurface.of(mesh, model))
     apart = touch.gap > tolerance
     several = ~apart & ~touch.single

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import PurePath
 from typing import TYPE_CHECKING
@@ -14,7 +14,7 @@ from fiveaxis.base import CREASE, Array, BoolArray, IntArray, angle_between, nor
 from fiveaxis.cam.mesh.mesh import Mesh, triangle_areas
 
 if TYPE_CHECKING:
-    from fiveaxis.cam.mesh.cad.model import Model
+    import trimesh
 
 # Facets at a larger angle meet at an edge of the part; smaller angles come from the tessellation.
 SHARP_EDGE = np.radians(CREASE)
@@ -24,55 +24,56 @@ ON_EDGE = 1e-6
 PART = 100_000
 
 
-@dataclass(frozen=True, eq=False)
-class Surface:
-    """Triangles with facet normals and one smoothed normal at each of their corners.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Surface(Mesh):
+    """A mesh with facet normals and one smoothed normal at each corner of its triangles.
 
     Parameters
     ----------
-    vertices : (v, 3), mm, workpiece frame
-    faces : (f, 3), indices of vertices, anticlockwise seen from outside
     facet_normals : (f, 3), unit vectors, zero for triangles without area
     corner_normals : (f, 3, 3), unit vectors by face and corner
     crease : rad; normals are smoothed over facets that meet at a smaller angle
-    model : the exact surfaces of these triangles, in their order, where they are known
     """
 
-    vertices: Array
-    faces: IntArray
     facet_normals: Array
     corner_normals: Array
     crease: float = SHARP_EDGE
-    model: Model | None = None
 
     @classmethod
-    def from_mesh(cls, mesh: Mesh, *, crease: float = SHARP_EDGE, model: Model | None = None) -> Surface:
+    def from_mesh(cls, given: Mesh | trimesh.Trimesh, *, crease: float = SHARP_EDGE) -> Surface:
         """Smooth the normals of a mesh over facets that meet at less than an angle, rad."""
-        vertices, faces = mesh.vertices, mesh.faces
-        facets = _by_parts(facet_normals, vertices, faces)
-        return cls(vertices, faces, facets, corner_normals(vertices, faces, facets, crease), crease, model)
+        mesh = Mesh.of(given)
+        facets = _by_parts(facet_normals, mesh.vertices, mesh.faces)
+        corners = corner_normals(mesh.vertices, mesh.faces, facets, crease)
+        return cls(
+            mesh.vertices,
+            mesh.faces,
+            mesh.model,
+            facet_normals=facets,
+            corner_normals=corners,
+            crease=crease,
+        )
 
     def turned(self, frame: Array) -> Surface:
         """Express the triangles in another frame, whose axes are the rows of a (3, 3)."""
-        return Surface(
-            product(self.vertices, frame.T),
-            self.faces,
-            product(self.facet_normals, frame.T),
-            product(self.corner_normals, frame.T),
-            self.crease,
+        return replace(
+            self,
+            vertices=product(self.vertices, frame.T),
+            facet_normals=product(self.facet_normals, frame.T),
+            corner_normals=product(self.corner_normals, frame.T),
+            model=None,
         )
 
     def part(self, kept: BoolArray) -> Surface:
         """Return the surface of some triangles, (f,), only; their normals stay."""
         used, faces = np.unique(self.faces[kept], return_inverse=True)
-        model = None if self.model is None else self.model.part(kept)
-        return Surface(
-            self.vertices[used],
-            faces.reshape(-1, 3),
-            self.facet_normals[kept],
-            self.corner_normals[kept],
-            self.crease,
-            model,
+        return replace(
+            self,
+            vertices=self.vertices[used],
+            faces=faces.reshape(-1, 3),
+            facet_normals=self.facet_normals[kept],
+            corner_normals=self.corner_normals[kept],
+            model=None if self.model is None else self.model.part(kept),
         )
 
     def onto(self, points: Array, faces: IntArray) -> tuple[Array, Array]:
@@ -126,21 +127,11 @@ class Surface:
         smooth[order] = np.append(joined, False) | np.append(False, joined)
         return np.asarray(~smooth.reshape(-1, 3))
 
-    @property
-    def triangles(self) -> Array:
-        """(f, 3, 3), mm: corners of the triangles."""
-        return self.vertices[self.faces]
-
     @cached_property
     def heights(self) -> tuple[Array, Array]:
         """(f,), mm: lowest and highest z of the triangles."""
         a, b, c = (self.vertices[self.faces[:, k], 2] for k in range(3))
         return np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
-
-    @property
-    def bounds(self) -> Array:
-        """(2, 3), mm: lowest and highest coordinates."""
-        return np.array([self.vertices.min(axis=0), self.vertices.max(axis=0)])
 
 
 def units(vectors: Array, least: float = 0.0) -> Array:
