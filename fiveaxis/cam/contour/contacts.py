@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
@@ -18,6 +19,7 @@ LEAN_DEPTH = 0.005
 CHORD_DEPTH = 0.01
 # Most halvings of a step.
 REFINEMENTS = 8
+COLUMNS = ("points", "normals", "smooth", "rolling")
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,29 +47,28 @@ class Contacts:
     def __len__(self) -> int:
         return len(self.points)
 
-    def take(self, rows: IntArray, *, closed: bool) -> Contacts:
+    def take(self, rows: IntArray, *, closed: bool) -> Self:
         """Pick rows in a given order."""
-        return Contacts(self.points[rows], self.normals[rows], self.smooth[rows], self.rolling[rows], closed)
+        columns = {name: getattr(self, name)[rows] for name in COLUMNS}
+        return replace(self, **columns, closed=closed)
 
-    def reversed(self) -> Contacts:
+    def reversed(self) -> Self:
         """Return the rows in the other order."""
         return self.take(np.arange(len(self))[::-1], closed=self.closed)
 
-    @classmethod
-    def joined(cls, parts: Sequence[Contacts]) -> Contacts:
+    def joined(self, *others: Contacts) -> Self:
         """Return the rows of several curves, one after the other."""
-        columns = [(part.points, part.normals, part.smooth, part.rolling) for part in parts]
-        points, normals, smooth, rolling = map(np.concatenate, zip(*columns, strict=True))
-        return cls(points, normals, smooth, rolling, closed=False)
+        columns = {name: np.concatenate([getattr(c, name) for c in (self, *others)]) for name in COLUMNS}
+        return replace(self, **columns, closed=False)
 
-    def blended(self, other: Contacts, share: Array, rolling: BoolArray) -> Contacts:
+    def blended(self, other: Contacts, share: Array, rolling: BoolArray) -> Self:
         """Blend with other contacts row by row; `share`, (n,), is that of the other ones."""
-        return Contacts(
+        return replace(
+            self,
             points=self.points + share[:, None] * (other.points - self.points),
             normals=turn_between(self.normals, other.normals, share),
             smooth=turn_between(self.smooth, other.smooth, share),
             rolling=rolling,
-            closed=self.closed,
         )
 
 

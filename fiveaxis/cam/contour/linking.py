@@ -90,10 +90,10 @@ def open_passes(queue: Queue, linker: Linker, *, lead_in: float = 0.0, lead_out:
     here = np.array([*linker.bounds.mean(axis=0)[:2], linker.plane])
     while queue:
         candidate = queue.take(here)
-        closed = candidate.contacts.closed
+        closed = candidate.closed
         cut, routes = _open_closed(candidate, here, linker) if closed else _shorten(candidate, linker)
         if routes is None:
-            left_out += LeftOut.of_pass(NO_LINK, candidate.contacts)
+            left_out += LeftOut.of_pass(NO_LINK, candidate)
             continue
         left_out += _shortened(candidate, cut)
         found = _LedPass(cut, *_leads(cut, routes, linker, (lead_in, lead_out)), queue.taken[-1])
@@ -111,7 +111,7 @@ def _shortened(candidate: Pass, cut: Pass) -> LeftOut:
         return LeftOut()
     first = int(np.argmax((candidate.centres == cut.centres[0]).all(axis=1)))
     rows = np.arange(len(candidate))
-    return LeftOut.of(WEDGED, candidate.contacts, (rows < first) | (rows >= first + len(cut)))
+    return LeftOut.of(WEDGED, candidate, (rows < first) | (rows >= first + len(cut)))
 
 
 def shorten_links(opened: Linking, below: Sequence[Sequence[int]]) -> list[int]:
@@ -197,7 +197,7 @@ def _first_escape(candidate: Pass, rows: IntArray, linker: Linker) -> tuple[int,
     """Find a row with a route to the clearance plane among some of the rows, the first ones preferred."""
     for k in np.unique(np.linspace(0, len(rows), STARTS, endpoint=False).astype(int)):
         row = int(rows[k])
-        route = linker.escape(candidate.centres[row], candidate.contacts.smooth[row])
+        route = linker.escape(candidate.centres[row], candidate.smooth[row])
         if route is not None:
             return row, route
     return None

@@ -59,14 +59,14 @@ class Queue:
             if self.waiting[k] == 0:
                 self.ready.append(k)
         found = self.passes[chosen]
-        if self.reversible and not found.contacts.closed:
+        if self.reversible and not found.closed:
             start, end = np.linalg.norm(found.centres[[0, -1]] - here, axis=1)
             return found.reversed() if end < start else found
         return found
 
     def _distance(self, candidate: Pass, here: Array) -> float:
         away = nearest_start(candidate, here)[1]
-        if self.reversible and not candidate.contacts.closed:
+        if self.reversible and not candidate.closed:
             return min(away, float(np.linalg.norm(candidate.centres[-1] - here, axis=-1)))
         return away
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -103,52 +104,40 @@ class LeftOut:
         )
 
 
-@dataclass(frozen=True, eq=False)
-class Pass:
-    """Contacts cut without interruption, with the ball's centre at each.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Pass(Contacts):
+    """Contacts cut without interruption by a ball, radius in mm; a closed pass returns to its first row."""
 
-    Parameters
-    ----------
-    contacts : a closed pass returns to its first row
-    centres : (n, 3), mm
-    """
+    radius: float
 
-    contacts: Contacts
-    centres: Array
-
-    def __len__(self) -> int:
-        return len(self.centres)
+    @cached_property
+    def centres(self) -> Array:
+        """(n, 3), mm, the ball's centre at each contact."""
+        return self.points + self.radius * self.normals
 
     def starts(self) -> IntArray:
         """Return the rows at which the pass can start: only the first one, unless it is closed."""
-        return self.touching() if self.contacts.closed else np.array([0])
+        return self.touching() if self.closed else np.array([0])
 
     def touching(self) -> IntArray:
         """Return the rows at which the ball touches a wall and doesn't just roll about an edge."""
-        return np.flatnonzero(~self.contacts.rolling)
+        return np.flatnonzero(~self.rolling)
 
     def ends(self) -> tuple[PassEnd, PassEnd]:
         """Return the ends at which an opened pass begins and finishes."""
-        centres, normals = self.centres, self.contacts.smooth
+        centres, normals = self.centres, self.smooth
         first = PassEnd(centres[0], normals[0], centres[0] - centres[1])
         return first, PassEnd(centres[-1], normals[-1], centres[-1] - centres[-2])
 
     def between(self, first: int, last: int) -> Pass:
         """Return the open pass from one row to another, inclusive."""
-        rows = np.arange(first, last + 1)
-        return Pass(self.contacts.take(rows, closed=False), self.centres[rows])
-
-    def reversed(self) -> Pass:
-        """Return the pass cut in the other direction."""
-        rows = np.arange(len(self))[::-1]
-        return Pass(self.contacts.take(rows, closed=self.contacts.closed), self.centres[rows])
+        return self.take(np.arange(first, last + 1), closed=False)
 
     def started_at(self, row: int) -> Pass:
         """Return the pass opened at a row, to which a closed one returns at its end."""
-        if not self.contacts.closed:
+        if not self.closed:
             return self
-        order = (row + np.arange(len(self) + 1)) % len(self)
-        return Pass(self.contacts.take(order, closed=False), self.centres[order])
+        return self.take((row + np.arange(len(self) + 1)) % len(self), closed=False)
 
 
 def split_passes(contacts: Contacts, space: BallSpace, options: PlanOptions) -> tuple[list[Pass], LeftOut]:
@@ -159,14 +148,14 @@ def split_passes(contacts: Contacts, space: BallSpace, options: PlanOptions) -> 
     the spacing. The facets of a fillet then don't split a pass, but an inner corner does. Returned are the
     passes in the order of the section curve, and what was removed.
     """
-    centres = contacts.points + space.radius * contacts.normals
+    whole = Pass(**vars(contacts), radius=space.radius)
     wall = options.is_wall(contacts.normals) | contacts.rolling
-    kept = wall & space.fits(centres)
+    kept = wall & space.fits(whole.centres)
     left_out = LeftOut.of(GOUGING, contacts, wall & ~kept)
     rows = np.flatnonzero(kept)
     if not len(rows):
         return [], left_out
-    joined = _continues(contacts, centres, rows, space, options)
+    joined = _continues(whole, rows, space, options)
     closed = bool(joined.all())
     # A closed pass keeps all of its rolling rows, even those beside the curve's seam.
     runs = [rows] if closed else _runs(rows, joined, contacts.rolling)
@@ -176,20 +165,18 @@ def split_passes(contacts: Contacts, space: BallSpace, options: PlanOptions) -> 
         if (~contacts.rolling[run]).sum() < FEWEST_CONTACTS or length < options.spacing:
             left_out += LeftOut.of_pass(SHORT, contacts.take(run, closed=False))
         else:
-            passes.append(Pass(contacts.take(run, closed=closed), centres[run]))
+            passes.append(whole.take(run, closed=closed))
     return passes, left_out
 
 
-def _continues(
-    contacts: Contacts, centres: Array, rows: IntArray, space: BallSpace, options: PlanOptions
-) -> BoolArray:
+def _continues(whole: Pass, rows: IntArray, space: BallSpace, options: PlanOptions) -> BoolArray:
     """Check whether each kept row continues to the next one, and the last to the first, (k,)."""
-    after = np.roll(rows, -1)
-    adjacent = (after - rows) % len(contacts) == 1
+    after, centres, normals = np.roll(rows, -1), whole.centres, whole.normals
+    adjacent = (after - rows) % len(whole) == 1
     moved = np.linalg.norm(centres[after] - centres[rows], axis=1)
-    gentle = angle_between(contacts.normals[rows], contacts.normals[after]) <= np.radians(options.crease)
+    gentle = angle_between(normals[rows], normals[after]) <= np.radians(options.crease)
     joined: BoolArray = gentle & (adjacent | (moved <= options.spacing))
-    joined[-1] &= contacts.closed
+    joined[-1] &= whole.closed
     joined[joined] = space.chords_fit(centres[rows[joined]], centres[after[joined]])
     return joined
 
@@ -237,6 +224,6 @@ def _nearest(own: Sequence[Pass], others: Sequence[Pass], farthest: float) -> se
 def _touching_rows(passes: Sequence[Pass]) -> tuple[Array, Array, IntArray]:
     """Return points, normals and pass of all touching rows."""
     rows = [found.touching() for found in passes]
-    points = np.vstack([p.contacts.points[r] for p, r in zip(passes, rows, strict=True)])
-    normals = np.vstack([p.contacts.normals[r] for p, r in zip(passes, rows, strict=True)])
+    points = np.vstack([p.points[r] for p, r in zip(passes, rows, strict=True)])
+    normals = np.vstack([p.normals[r] for p, r in zip(passes, rows, strict=True)])
     return points, normals, np.repeat(np.arange(len(passes)), [len(r) for r in rows])

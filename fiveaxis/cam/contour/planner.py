@@ -304,7 +304,7 @@ def _lifted(linked: Sequence[LinkedPass], leaning: Leaning) -> list[tuple[Linked
     found, left = [], EMPTY
     gap = leaning.outer - leaning.zone.radius
     for each in linked:
-        first, last = each.cut.contacts.smooth[:1], each.cut.contacts.smooth[-1:]
+        first, last = each.cut.smooth[:1], each.cut.smooth[-1:]
         air = np.full_like(each.approach, np.nan), np.full_like(each.retract, np.nan)
         if leaning.turns_in_place:
             found.append((each, np.vstack(air)))
@@ -320,9 +320,9 @@ def _lifted(linked: Sequence[LinkedPass], leaning: Leaning) -> list[tuple[Linked
 
 def _rows(linked: LinkedPass, link_normals: Array, leaning: Leaning) -> tuple[Array, Array, Array, IntArray]:
     """Return pivot, contact, normal and kind of a pass with its links."""
-    contacts, radius = linked.cut.contacts, leaning.ball
+    contacts, radius = linked.cut, leaning.ball
     inset = leaning.zone.radius - radius
-    pivots = linked.cut.centres + inset * contacts.smooth if inset else linked.cut.centres
+    pivots = contacts.centres + inset * contacts.smooth if inset else contacts.centres
     pivot = np.vstack([linked.approach, pivots, linked.retract])
     inner = slice(len(linked.approach), len(linked.approach) + len(contacts))
     cutting = np.zeros(len(pivot), dtype=bool)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -59,7 +59,7 @@ def _stacks(levels: Sequence[Sequence[Pass]], farthest: Sequence[float]) -> list
         pairs = sorted(neighbours(upper, lower, gap))
         down, up = Counter(a for a, _ in pairs), Counter(b for _, b in pairs)
         for a, b in pairs:
-            if down[a] == up[b] == 1 and upper[a].contacts.closed and lower[b].contacts.closed:
+            if down[a] == up[b] == 1 and upper[a].closed and lower[b].closed:
                 following[k, a] = (k + 1, b)
     stacks = []
     for first in sorted(set(following) - set(following.values())):
@@ -85,15 +85,9 @@ def _spirals(rings: list[Pass], turns: Turns, start: Start) -> list[Pass | None]
             parts.append(turn[0])
             last += 1
         parts.append(ring.between(1, len(ring) - 1))
-        result += [_chained(parts) if last > k else rings[k], *([None] * (last - k))]
+        result += [parts[0].joined(*parts[1:]) if last > k else rings[k], *([None] * (last - k))]
         k = last + 1
     return result
-
-
-def _chained(parts: list[Pass]) -> Pass:
-    """Concatenate passes."""
-    contacts = Contacts.joined([p.contacts for p in parts])
-    return Pass(contacts, np.concatenate([p.centres for p in parts]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,12 +130,12 @@ class Turns:
     def _turn(self, start: Pass, between: Contacts, end: Pass) -> Pass | None:
         """Place contacts on the surface between the starts of two rings, if the ball can follow them."""
         for _ in range(HALVINGS):
-            turn = _chained([start, self._projected(between), end])
-            gaps = np.linalg.norm(np.diff(turn.contacts.points, axis=0), axis=1)
+            turn = start.joined(self._projected(between), end)
+            gaps = np.linalg.norm(np.diff(turn.points, axis=0), axis=1)
             wide = np.flatnonzero(gaps > self.sampling.spacing * (1.0 + 1e-9))
             if not len(wide):
                 break
-            between = _halved(start.contacts, between, end.contacts, wide)
+            between = _halved(start, between, end, wide)
         return self._clear(turn)
 
     def _clear(self, turn: Pass) -> Pass | None:
@@ -149,8 +143,8 @@ class Turns:
         rows = np.flatnonzero(self.space.fits(turn.centres))
         if rows[:1] != 0 or rows[-1:] != len(turn) - 1:
             return None
-        kept = Pass(turn.contacts.take(rows, closed=False), turn.centres[rows])
-        turned = angle_between(kept.contacts.normals[:-1], kept.contacts.normals[1:])
+        kept = turn.take(rows, closed=False)
+        turned = angle_between(kept.normals[:-1], kept.normals[1:])
         moved = np.linalg.norm(np.diff(kept.centres, axis=0), axis=1)
         bridged = np.where(np.diff(rows) > 1, moved, 0.0)
         if turned.max() > self.surface.crease or bridged.max() > self.sampling.spacing:
@@ -158,12 +152,12 @@ class Turns:
         clear = self.space.chords_fit(kept.centres[:-1], kept.centres[1:]).all()
         return kept.between(1, len(kept) - 1) if clear else None
 
-    def _projected(self, near: Contacts) -> Pass:
+    def _projected(self, near: Contacts) -> Contacts:
         """Project contacts near the surface onto it, with its smoothed normals, as on sections.
 
         Where the ball rolls about an edge, or the nearest facet lies beyond the edge, the normals stay.
         """
-        surface, radius = self.surface, self.space.radius
+        surface = self.surface
         foot, triangle, _ = self.tree.nearest(near.points)
         facets = surface.facet_normals[triangle]
         foot, smoothed = surface.onto(foot, triangle)
@@ -174,30 +168,30 @@ class Turns:
         keep = near.rolling | (angle_between(facets, near.normals) > surface.crease)
         normals = np.where(keep[:, None], near.normals, normals)
         smooth = np.where(keep[:, None], near.smooth, smooth)
-        return Pass(Contacts(foot, normals, smooth, near.rolling, closed=False), foot + radius * normals)
+        return replace(near, points=foot, normals=normals, smooth=smooth)
 
 
 def _beside(ring: Pass, longer: Pass) -> Contacts:
     """Find the contacts of an opened ring nearest to the inner rows of another one, which may be itself."""
     inner = np.arange(1, len(longer) - 1)
     if ring is longer:
-        return ring.contacts.take(inner, closed=False)
+        return ring.take(inner, closed=False)
     line = ring.centres
     tree = TriangleTree.build(np.stack([line[:-1], line[1:], line[1:]], axis=1))
     foot, move, _ = tree.nearest(longer.centres[inner])
     length = np.linalg.norm(line[move + 1] - line[move], axis=1)
     share = np.linalg.norm(foot - line[move], axis=1) / np.maximum(length, 1e-12)
-    before, after = (ring.contacts.take(rows, closed=False) for rows in (move, move + 1))
-    return before.blended(after, share, longer.contacts.rolling[inner])
+    before, after = (ring.take(rows, closed=False) for rows in (move, move + 1))
+    return before.blended(after, share, longer.rolling[inner])
 
 
 def _halved(start: Contacts, between: Contacts, end: Contacts, wide: IntArray) -> Contacts:
     """Insert a contact in the middle of the given moves, counted from the start."""
-    whole = Contacts.joined([start, between, end])
+    whole = start.joined(between, end)
     before, after = (whole.take(rows, closed=False) for rows in (wide, wide + 1))
     middles = before.blended(after, np.full(len(wide), 0.5), np.zeros(len(wide), dtype=bool))
     order = np.argsort(np.append(np.arange(1.0, len(between) + 1.0), wide + 0.5))
-    return Contacts.joined([between, middles]).take(order, closed=False)
+    return between.joined(middles).take(order, closed=False)
 
 
 def _stations(line: Array) -> Array:

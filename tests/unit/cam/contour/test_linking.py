@@ -4,7 +4,6 @@ import trimesh
 
 from fiveaxis.cam import TriangleTree
 from fiveaxis.cam.contour.ball_space import BallSpace, Linker, PassEnd, quarter_arc
-from fiveaxis.cam.contour.contacts import Contacts
 from fiveaxis.cam.contour.linking import open_passes
 from fiveaxis.cam.contour.ordering import by_levels
 from fiveaxis.cam.contour.passes import Pass
@@ -24,8 +23,7 @@ def linker() -> Linker:
 def straight(start: np.ndarray, end: np.ndarray, normal: np.ndarray, n: int = 9) -> Pass:
     points = np.linspace(start, end, n)
     normals = np.tile(normal, (n, 1))
-    contacts = Contacts(points, normals, normals, np.zeros(n, dtype=bool), closed=False)
-    return Pass(contacts, points + 3.0 * normal)
+    return Pass(points, normals, normals, np.zeros(n, dtype=bool), closed=False, radius=3.0)
 
 
 def test_from_a_free_side_the_route_goes_straight_up(linker):
@@ -73,7 +71,7 @@ def test_the_nearest_start_comes_next(linker):
     near, far = straight([30, -5, 2], [30, 5, 2], X), straight([30, 10, 2], [30, 20, 2], X)
     opened = open_passes(by_levels([[first], [far, near]]), linker)
     linked = opened.joined()
-    assert [p.cut.contacts.points[0, 1] for p in linked] == [-20.0, -5.0, 10.0]
+    assert [p.cut.points[0, 1] for p in linked] == [-20.0, -5.0, 10.0]
 
 
 def test_an_open_pass_is_shortened_to_where_the_ball_gets_out():

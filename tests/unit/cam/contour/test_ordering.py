@@ -7,7 +7,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fiveaxis.cam import plan_contour
-from fiveaxis.cam.contour.contacts import Contacts
 from fiveaxis.cam.contour.ordering import Links, by_levels, in_order, islands, shortened
 from fiveaxis.cam.contour.passes import Pass, neighbours
 from fiveaxis.model import Tool, Toolpath
@@ -19,8 +18,7 @@ FARTHEST = 6.0
 def straight(start: list[float], end: list[float], normal: tuple[float, ...] = (1.0, 0.0, 0.0)) -> Pass:
     points = np.linspace(start, end, 11)
     normals = np.tile(normal, (11, 1))
-    contacts = Contacts(points, normals, normals, np.zeros(11, dtype=bool), closed=False)
-    return Pass(contacts, points + 3.0 * np.array(normal))
+    return Pass(points, normals, normals, np.zeros(11, dtype=bool), closed=False, radius=3.0)
 
 
 def link_length(path: Toolpath) -> float:
@@ -69,7 +67,7 @@ def test_an_open_pass_is_reversed_only_if_allowed():
     end = np.array([3.0, 5.0, 0.0])
     for reversible, first in ((False, 0.0), (True, 5.0)):
         queue = by_levels([[straight([0, 0, 0], [0, 5, 0])]], reversible=reversible)
-        assert queue.take(end).contacts.points[0, 1] == first
+        assert queue.take(end).points[0, 1] == first
 
 
 @given(seed=st.integers(0, 10_000), count=st.integers(1, 12))

@@ -52,9 +52,9 @@ def test_an_inner_corner_that_the_ball_can_not_reach_splits_the_pass():
     passes, left_out, space = passes_of(notched_square(), radius=3.0)
     assert len(passes) == 1
     (only,) = passes
-    assert not only.contacts.closed
+    assert not only.closed
     # A ball of radius R in a corner of 90 degrees touches its walls R away from the corner.
-    from_corner = np.linalg.norm(only.contacts.points[:, :2] - [0.0, 12.0], axis=1)
+    from_corner = np.linalg.norm(only.points[:, :2] - [0.0, 12.0], axis=1)
     assert 2.9 < from_corner.min() < 3.6
     assert space.fits(only.centres).all()
     assert left_out.counts["contacts where the ball would gouge"] >= 10
@@ -62,7 +62,7 @@ def test_an_inner_corner_that_the_ball_can_not_reach_splits_the_pass():
 
 def test_a_convex_part_is_one_closed_pass():
     passes, left_out, _ = passes_of(extruded([(10, -10), (10, 10), (-10, 10), (-10, -10)]), radius=3.0)
-    assert [p.contacts.closed for p in passes] == [True]
+    assert [p.closed for p in passes] == [True]
     assert not +left_out.counts
     assert not left_out.unreached
 
@@ -72,7 +72,7 @@ def test_facets_of_a_fillet_wider_than_the_ball_do_not_tear_a_pass_apart():
     radius = 20.0 + 2.0 * np.cos(3.0 * angle)
     lobed = extruded(list(zip(radius * np.cos(angle), radius * np.sin(angle), strict=True)))
     passes, _, space = passes_of(lobed, radius=3.0)
-    assert [p.contacts.closed for p in passes] == [True]
+    assert [p.closed for p in passes] == [True]
     assert space.fits(passes[0].centres).all()
 
 
@@ -80,7 +80,7 @@ def test_a_pass_starts_and_ends_with_contacts_not_with_rolling():
     passes, _, _ = passes_of(notched_square(), radius=9.0)
     assert passes
     for found in passes:
-        assert not found.contacts.rolling[[0, -1]].any()
+        assert not found.rolling[[0, -1]].any()
 
 
 def test_a_closed_pass_comes_back_to_where_it_was_opened():
