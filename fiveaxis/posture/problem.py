@@ -24,7 +24,7 @@ from fiveaxis.model import (
     travel_costs,
 )
 from fiveaxis.posture.location_model import LocationModel
-from fiveaxis.posture.terms import OTHERS, Term, acceleration_excess, durations, terms_of
+from fiveaxis.posture.terms import OTHERS, Term, durations, terms_of
 
 # Where rotary steps are bounded, no step of a thinned path is larger than this (or than the bound itself):
 # a longer turn would skip postures that the path has to pass through and that weren't checked.
@@ -234,13 +234,6 @@ class Problem(StepTable):
     def delay(self, positions: Array) -> Array:
         """Compute how much longer the steps of a path, (n, k), take than at the feed, (n − 1,) s."""
         return np.asarray(self.quantities(positions)[:-1, -1])
-
-    def acceleration_excess(self, positions: Array) -> Array:
-        """Compute by how much axes change their speed too fast on a path, (n, k); (m, k) mm/s and rad/s."""
-        term = acceleration_excess(self)
-        if term is None:
-            return np.empty((0, positions.shape[1]))
-        return term.excess(term.values(self.quantities(positions)))
 
     def priced(self, rotary: Array) -> float:
         """Sum a path's cost and the price of its violations, J; `rotary` is (n, 2) rad."""

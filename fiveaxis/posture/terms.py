@@ -99,10 +99,6 @@ class Term:
         window = [Quantities.of(list(quantities[self.rows + i].T)) for i in range(self.span)]
         return np.stack(self.expression(window, list(self.data.T)), axis=-1)
 
-    def excess(self, values: Array) -> Array:
-        """Compute how far values lie beyond the range that costs nothing, (w, o)."""
-        return np.maximum(np.abs(values) - self.free, 0.0)
-
     def cost(self, values: Array) -> float:
         """Price values, (w, o); J."""
         rise, fall = np.maximum(values - self.free, 0.0), np.maximum(-values - self.free, 0.0)
