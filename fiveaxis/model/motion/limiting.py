@@ -85,8 +85,8 @@ def law_limiting(law: TimeLaw) -> Limiting:
     back = pushed & back[corner] & (np.abs(stations[0] - path.station[corner]) < path.arm[corner])
     padded = np.pad(back, 1)
     beside = padded[:-2] | back | padded[2:]
-    rest = np.stack([phases.path_speed, phases.end_path_speed])[:, sample // 2] <= REST
-    faster = (phases.end_path_speed - phases.path_speed)[sample // 2]
+    ends = np.stack([phases.path_speed, phases.end_path_speed])[:, sample // 2]
+    rest, faster = ends <= REST, ends[1] - ends[0]
     ramps = (pushed & (faster > 0.0), pushed & (faster < 0.0))
     stops = [_touching(ramp, at | beside) for ramp, at in zip(ramps, rest, strict=True)]
     cause = np.where(stops[0] | stops[1] | back, STOPS, cause)
