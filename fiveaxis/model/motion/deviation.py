@@ -76,7 +76,7 @@ def axis_deviation(
 
     Parameters
     ----------
-    row, rotary : (k,) and (k, 2), rad, of the filled path, in rows of the given one
+    row, rotary : (k,), of the filled path, in rows of the given one, and (k, 2), rad, chain order, there
     blocks : (m,), rows of the filled path at which the measured blocks begin
     moves : (n − 1,), moves of the given path whose blocks are measured
 
