@@ -7,6 +7,7 @@ import math
 import tomllib
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -111,16 +112,11 @@ def _explain_key(fault: ErrorDetails) -> Located:
     return _error(code, fault["loc"], explain_one(fault, MachineFile))
 
 
-def _error(code: str, where: Where, message: str) -> Located:
-    return where, Finding(Severity.ERROR, code, message)
+def _found(severity: Severity, code: str, where: Where, message: str, value: float | None = None) -> Located:
+    return where, Finding(severity, code, message, value=value)
 
 
-def _warning(code: str, where: Where, message: str, value: float | None = None) -> Located:
-    return where, Finding(Severity.WARNING, code, message, value=value)
-
-
-def _note(code: str, where: Where, message: str) -> Located:
-    return where, Finding(Severity.NOTE, code, message)
+_error, _warning, _note = (partial(_found, severity) for severity in Severity)
 
 
 def _check(machine: Machine, file: MachineFile) -> Iterator[Located]:
