@@ -84,50 +84,41 @@ def _contains(interval: Interval, angle: float) -> BoolArray:
 
 @dataclass(frozen=True, eq=False)
 class Enclosure:
-    """Range of a function's value and of its partial derivatives, `slopes`, over boxes of its arguments."""
+    """Range of a function's value, (...), and of its partial derivatives, (arguments, ...), over boxes."""
 
     __array_ufunc__ = None
 
     value: Interval
-    slopes: tuple[Interval, ...]
+    slopes: Interval
 
     @classmethod
     def cosine_and_sine(cls, angle: Interval, argument: int, arguments: int) -> tuple[Self, Self]:
         """Enclose cosine and sine of the argument with index `argument` out of `arguments`, rad."""
         cos, sin = cosine(angle), cosine(angle - np.pi / 2.0)
-        zero = Interval.of(np.zeros_like(cos.low))
-
-        def slopes(slope: Interval) -> tuple[Interval, ...]:
-            return tuple(slope if i == argument else zero for i in range(arguments))
-
-        return cls(cos, slopes(-sin)), cls(sin, slopes(cos))
+        own = Interval.of(np.expand_dims(np.eye(arguments)[argument], tuple(range(1, cos.low.ndim + 1))))
+        return cls(cos, own * -sin), cls(sin, own * cos)
 
     def _of(self, other: Enclosure | float) -> Enclosure:
-        if isinstance(other, Enclosure):
-            return other
-        return Enclosure(Interval.of(other), tuple(Interval.of(0.0) for _ in self.slopes))
+        return other if isinstance(other, Enclosure) else Enclosure(Interval.of(other), Interval.of(0.0))
 
     def __neg__(self) -> Enclosure:
-        return Enclosure(-self.value, tuple(-s for s in self.slopes))
+        return Enclosure(-self.value, -self.slopes)
 
     def __add__(self, other: Enclosure | float) -> Enclosure:
         o = self._of(other)
-        return Enclosure(
-            self.value + o.value, tuple(a + b for a, b in zip(self.slopes, o.slopes, strict=True))
-        )
+        return Enclosure(self.value + o.value, self.slopes + o.slopes)
 
     def __sub__(self, other: Enclosure | float) -> Enclosure:
         return self + (-self._of(other))
 
     def __mul__(self, other: Enclosure | float) -> Enclosure:
         o = self._of(other)
-        slopes = tuple(a * o.value + self.value * b for a, b in zip(self.slopes, o.slopes, strict=True))
-        return Enclosure(self.value * o.value, slopes)
+        return Enclosure(self.value * o.value, self.slopes * o.value + self.value * o.slopes)
 
     def inverse(self) -> Enclosure:
         """Return 1/x; unbounded where the value may be 0."""
         reciprocal = self.value.inverse()
-        return Enclosure(reciprocal, tuple(-(s * (reciprocal * reciprocal)) for s in self.slopes))
+        return Enclosure(reciprocal, -(self.slopes * (reciprocal * reciprocal)))
 
     def __truediv__(self, other: Enclosure | float) -> Enclosure:
         return self * self._of(other).inverse()

@@ -141,17 +141,10 @@ def _affine(machine: Machine, zone: Zone, cosines: Cosines) -> list[list[Any]]:
 
 def _slopes(entry: Enclosure | float, count: int) -> Array:
     """Compute middle and radius of an entry's slopes by each angle, (2, 2, c); 0 for a constant."""
-    slopes = entry.slopes if isinstance(entry, Enclosure) else [Interval.of(0.0)] * 2
-    middle, radius = (
-        [np.broadcast_to(part, count) for part in parts]
-        for parts in zip(*((slope.middle, slope.radius) for slope in slopes), strict=True)
-    )
-    return np.stack(
-        [
-            np.nan_to_num(middle, posinf=0.0, neginf=0.0),
-            np.nan_to_num(radius, nan=HUGE, posinf=HUGE, neginf=HUGE),
-        ]
-    )
+    slopes = entry.slopes if isinstance(entry, Enclosure) else Interval.of(0.0)
+    middle = np.nan_to_num(slopes.middle, posinf=0.0, neginf=0.0)
+    radius = np.nan_to_num(slopes.radius, nan=HUGE, posinf=HUGE, neginf=HUGE)
+    return np.stack([np.broadcast_to(part, (2, count)) for part in (middle, radius)])
 
 
 def _swing(machine: Machine, axis: Array, sides: tuple[Side, Side]) -> Array:

@@ -48,8 +48,8 @@ def test_an_enclosure_holds_the_value_and_the_difference_quotients_of_a_formula(
     # The mean value theorem: a difference quotient is a slope somewhere between.
     across = value(x + width, v) - value(x, v)
     along = value(u, y + width) - value(u, y)
-    for change, slope in zip((across, along), enclosed.slopes, strict=True):
-        assert slope.low * width - SLACK <= change <= slope.high * width + SLACK
+    for change, low, high in zip((across, along), enclosed.slopes.low, enclosed.slopes.high, strict=True):
+        assert low * width - SLACK <= change <= high * width + SLACK
 
 
 def test_dividing_by_an_interval_around_zero_leaves_everything_possible():
