@@ -225,13 +225,12 @@ def fill_in(
     toolpath: Toolpath,
     machine: Machine,
     rotary: Array,
-    tolerance: float = WRITTEN_TOLERANCE,
     *,
     tcp: bool = False,
     planes: AxisPlanes | None = None,
     least_tilt: float = 0.0,
 ) -> tuple[Toolpath, Motion, Array]:
-    """Insert locations until joint interpolation keeps the tool on the path.
+    """Insert locations until joint interpolation keeps the tool within `WRITTEN_TOLERANCE` of the path.
 
     All axes run linearly in time between two blocks, so while the rotary axes turn, the tool's centre (a
     ball's, else the point of the axis at the height of the touching arc) leaves its path (`Band`), and the
@@ -243,7 +242,6 @@ def fill_in(
     Parameters
     ----------
     rotary : (n, 2), rad, chain order
-    tolerance : mm, largest deviation of the centre between two blocks
     tcp : keep the tool's centre on the path under TCP interpolation too; rapid moves are then filled as well,
         as the control moves the tip straight in them (`inside_rapids`)
     planes : of the given path and angles, if known
@@ -263,7 +261,8 @@ def fill_in(
         path, angles = filled(toolpath, row, planes.axes), planes.rotary_at(row)
     blocks = np.flatnonzero(np.ones(len(path) - 1, dtype=bool) if tcp else ~path.rapid[1:])
     for _ in range(MOST_ROUNDS):
-        allowed = tolerance if path.slack is None else np.maximum(path.slack[blocks + 1], tolerance)
+        slack = 0.0 if path.slack is None else path.slack[blocks + 1]
+        allowed = np.maximum(slack, WRITTEN_TOLERANCE)
         off = np.zeros((len(SHARES), len(blocks)))
         for straight in {tcp} if path.slack is not None else {tcp, False}:
             off = np.maximum(off, path_deviation(path, machine, angles, blocks, tcp=straight) / allowed)

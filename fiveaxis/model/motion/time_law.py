@@ -135,9 +135,9 @@ class TimeLaw:
         return Samples(time, weight, block, *self.at(time))
 
 
-def levers(letters: str, lever: float = LEVER) -> Array:
+def levers(letters: str) -> Array:
     """Return what makes axes comparable, (k,): 1, and of rotary ones mm per rad."""
-    return np.array([lever if letter in "ABC" else 1.0 for letter in letters])
+    return np.array([LEVER if letter in "ABC" else 1.0 for letter in letters])
 
 
 def time_motion(
@@ -146,7 +146,6 @@ def time_motion(
     *,
     corners: Literal["exact-stop"] | float | BoolArray = "exact-stop",
     smooth: float = SMOOTH,
-    lever: float = LEVER,
 ) -> TimeLaw:
     """Compute the fastest timing of a motion, with look-ahead over all its blocks.
 
@@ -173,7 +172,6 @@ def time_motion(
         bools are the rows with a stop, corner or not, and all others are parts of curves
     smooth : mm, a corner whose widest rounding passes it within this is part of a curve, not a real one;
         ignored if `corners` has bools
-    lever : mm per rad for deviations of rotary axes
 
     Returns
     -------
@@ -192,17 +190,16 @@ def time_motion(
     """
     _require_timed(motion, machine)
     stops, tolerance = _corner_rule(corners, len(motion))
-    _require_length("smooth", smooth, or_zero=True)
+    _require_length("smooth", smooth)
     if stops is not None:
         smooth = math.inf
-    _require_length("lever", lever)
     bounds = axis_bounds(machine)
     if bounds.accelerates_at_once:
         tolerance = smooth = 0.0  # without acceleration limits corners need no rounding
     still = (np.abs(motion.moves) <= NO_MOVE).all(axis=1)
     dwells = still & (motion.time > SHORTEST_DWELL)
     held = dwells if stops is None else dwells | stops
-    scale, dwelling = levers(motion.letters, lever), np.where(dwells, motion.time, 0.0)
+    scale, dwelling = levers(motion.letters), np.where(dwells, motion.time, 0.0)
 
     def law_of(passed: float, smooth: float) -> tuple[TimeLaw, float]:
         """Time the motion with corners passed at tolerances; return also its time without jerk, s."""
@@ -275,10 +272,10 @@ def _corner_rule(corners: str | float | BoolArray, rows: int) -> tuple[BoolArray
         if corners != "exact-stop":
             raise SettingError(f"corners is {corners!r}; it must be 'exact-stop' or a tolerance in mm")
         return None, 0.0
-    _require_length("corners", corners, or_zero=True)
+    _require_length("corners", corners)
     return None, float(corners)
 
 
-def _require_length(name: str, value: float, *, or_zero: bool = False) -> None:
-    if not (math.isfinite(value) and (value > 0.0 or (or_zero and value == 0.0))):
-        raise SettingError(f"{name} is {value:g} mm; it must be {'0 or more' if or_zero else 'above 0'}")
+def _require_length(name: str, value: float) -> None:
+    if not (math.isfinite(value) and value >= 0.0):
+        raise SettingError(f"{name} is {value:g} mm; it must be 0 or more")

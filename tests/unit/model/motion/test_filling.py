@@ -39,7 +39,7 @@ def test_inserted_locations_keep_the_ball_on_its_chord(hayashi):
     path = straight_cut()
     rotary = np.radians([[0, -20], [8, -20], [16, -30], [46, -50]])
     assert path_deviation(path, hayashi, rotary, blocks_of(path)).max() > 0.1
-    filled, motion, _ = fill_in(path, hayashi, rotary, tolerance=0.005)
+    filled, motion, _ = fill_in(path, hayashi, rotary)
     assert len(filled) == len(motion) > len(path)
     # Sampled finely within every block, axes linear in time: independent of how blocks were inserted.
     for share in np.linspace(0.0, 1.0, 9):
@@ -77,7 +77,7 @@ def test_the_contact_of_a_cutter_that_touches_beside_its_axis_goes_straight(haya
     path = straight_cut()
     path = Toolpath.from_contacts(path.contact, path.normal, tool)
     rotary = np.radians([[0, -20], [8, -20], [16, -30], [46, -50]])
-    filled, motion, row = fill_in(path, hayashi, rotary, tolerance=0.005)
+    filled, motion, row = fill_in(path, hayashi, rotary)
     assert len(filled) > len(path)
 
     def touched(positions, row):

@@ -432,8 +432,6 @@ def test_other_corners_are_refused(corners):
 
 
 def test_other_lengths_are_refused():
-    with pytest.raises(SettingError, match="lever"):
-        time_motion(motion_of([[0.0], [1.0]]), TRUNNION, lever=0.0)
     with pytest.raises(SettingError, match="smooth"):
         time_motion(motion_of([[0.0], [1.0]]), TRUNNION, smooth=-1.0)
 
