@@ -8,24 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
-from fiveaxis.base import Array, BoolArray, IntArray, angle_between, product, risk
+from fiveaxis.base import Array, BoolArray, IntArray, risk
 from fiveaxis.check.verification.check_context import CheckContext
 from fiveaxis.check.verification.checks import largest
 from fiveaxis.check.verification.course import Course
-from fiveaxis.check.verification.model import tool_poses
 from fiveaxis.check.verification.moves import segment_distances
 from fiveaxis.check.verification.report import Result, violated
-from fiveaxis.model import PATH_TOLERANCE, Band, MoveKind, Toolpath, across, divided_rows, interpolate, turned
+from fiveaxis.check.verification.tool_track import Track
+from fiveaxis.model import PATH_TOLERANCE, Band, MoveKind, Toolpath, across, turned
 
-# Points per block at which it is compared: with joint interpolation at least 4, under TCP at least its end;
-# more if it passes several of the path's shortest chords (longer than SHORTEST_CHORD, mm), or if the tool
-# turns so far that its centre swings out beside the tip.
-LEAST_POINTS, MOST_POINTS = 4, 400
-SHORTEST_CHORD = 1e-2
 # A location is searched over the path's own length to it times DETOUR, plus SPARE mm.
 DETOUR, SPARE = 2.0, 1.0
 # Points of the track in the first block of a search.
@@ -72,62 +66,6 @@ class Match:
         """Rows of the program at its first and last passed location; None if it passes none."""
         row = self.row[self.passed]
         return (int(row[0]), int(row[-1])) if len(row) else None
-
-
-@dataclass(frozen=True, eq=False)
-class Track:
-    """The track of a program's tool, as points.
-
-    Parameters
-    ----------
-    centre, axis : (m, 3), mm and unit vectors
-    row : (m,), of the program, where the block ends
-    place : (m,), fractional row of the program: 3.25 lies in the block to row 4
-    linking, rapid : (m,), whether the block is a link, which leaves the path on purpose, or a rapid move
-    """
-
-    centre: Array
-    axis: Array
-    row: IntArray
-    place: Array
-    linking: BoolArray
-    rapid: BoolArray
-
-    @classmethod
-    def of(
-        cls, context: CheckContext, path: Toolpath, *, tcp_height: float | None, in_planes: bool = False
-    ) -> Track:
-        """Sample a program's moves, with all axes linear in time or a point of the tool moving straight.
-
-        Parameters
-        ----------
-        tcp_height : height of that point above the tip, mm; None with joint interpolation
-        in_planes : whether the tool turns in the plane of its two directions meanwhile, instead of with the
-            rotary axes in proportion
-        """
-        tip, axis = context.tip, context.axis
-        height = context.toolpath.zone.height
-        length = np.nan_to_num(np.linalg.norm(np.diff(tip + height * axis, axis=0), axis=1))
-        chords = path.lengths[path.lengths > SHORTEST_CHORD]
-        passed = length / (chords.min() if len(chords) else np.inf)
-        # A pivot off the axis swings about the centre, and the centre about a tip that moves straight.
-        arm = abs(path.zone.offset) + (abs(height - tcp_height) if tcp_height is not None else 0.0)
-        turn = np.nan_to_num(angle_between(axis[:-1], axis[1:]))
-        swings = np.ceil(turn * np.sqrt(arm / (8.0 * PATH_TOLERANCE)))
-        least, points = (LEAST_POINTS, np.ceil(2.0 * passed)) if tcp_height is None else (1, np.round(passed))
-        parts = np.clip(np.maximum(points, swings), least, MOST_POINTS)
-        place = divided_rows(parts.astype(np.int64))
-        row = np.ceil(place).astype(np.int64)
-        before, share = np.maximum(row - 1, 0), (place - row + 1.0)[:, None]
-        positions = context.positions[before] + share * (context.positions[row] - context.positions[before])
-        point, axes = tool_poses(context.machine, positions)
-        if tcp_height is not None:
-            axes = turned(axis, place) if in_planes else axes
-            ends = tip + tcp_height * axis
-            point = ends[before] + share * (ends[row] - ends[before]) - tcp_height * axes
-        kind = context.toolpath.kind[row]
-        linking, rapid = np.asarray(kind == MoveKind.LINK), np.asarray(kind == MoveKind.RAPID)
-        return cls(point + height * axes, axes, row, place, linking, rapid)
 
 
 def follow(
@@ -246,86 +184,85 @@ def _follow(
     off : (m,), mm, of the track's points from the chord between the locations before and after; NaN before
         the first location, and in the lead-out from the last one
     """
-    count, course = len(path), Course.of(path)
-    rows = np.full(count, -1, dtype=np.int64)
-    places, axes = np.full(count, np.nan), np.full((count, 3), np.nan)
+    count = len(path)
+    rows, places = np.full(count, -1, dtype=np.int64), np.full(count, np.nan)
     off = np.full(len(track.row), np.nan)
-    steps = np.linalg.norm(np.diff(track.centre, axis=0), axis=1)
+    known, begin, point = _passed(track, path, tolerance, straight=straight)
+    if not len(known):
+        return rows, places, off
+    # Where the chord to a point is nearest to the location, and which of its ends is nearer.
+    before = np.maximum(point - 1, begin)
+    start, end = (_aside(track, path, known, points) for points in (before, point))
+    step = end - start
+    square = np.sum(step * step, axis=1)
+    along = np.sum(-start * step, axis=1) / np.where(square > 0.0, square, 1.0)
+    share = np.where(square > 0.0, np.clip(along, 0.0, 1.0), 1.0)
+    nearer = np.linalg.norm(start, axis=1) < np.linalg.norm(end, axis=1)
+    rows[known] = track.row[np.where(nearer, before, point)]
+    places[known] = track.place[before] + share * (track.place[point] - track.place[before])
+    axes = np.full((count, 3), np.nan)
+    axes[known] = track.axis[before] + share[:, None] * (track.axis[point] - track.axis[before])
+    off[point[0] :] = _off(track, path, axes, known, point)
+    if known[-1] == count - 1:
+        # The lead-out from the path: one block, and rapid moves.
+        out = np.floor(places[-1] + NEXT) + 1.0
+        off[(track.place > places[-1]) & ((track.row <= out) | track.rapid)] = np.nan
+    return rows, places, off
+
+
+def _passed(
+    track: Track, path: Toolpath, tolerance: float, *, straight: bool
+) -> tuple[IntArray, IntArray, IntArray]:
+    """Find the locations that the track passes in order, (p,), and at which points.
+
+    Returns
+    -------
+    known : (p,), the locations
+    begin, point : (p,), of the track: where the search begins, and the point to which the chord passes it
+    """
+    steps = step_lengths(track.centre)
     # Links return to where they left and make no progress along the path.
-    steps[track.linking[1:]] = 0.0
+    steps[track.linking] = 0.0
     # With joint interpolation a rapid move may be a long detour.
-    steps[track.rapid[1:] & (not straight)] = 0.0
-    travelled = np.append(0.0, np.cumsum(np.nan_to_num(steps)))
+    steps[track.rapid & (not straight)] = 0.0
+    travelled = np.cumsum(np.nan_to_num(steps))
     # Beside a link the centre of a cutter whose pivot is off its axis goes from one to the other.
     lengths, spare = path.lengths, SPARE + 2.0 * abs(path.zone.offset)
-    at, allowed, last = 0, np.inf, -1
-    for i in range(count):
-        if last < 0 and i >= MOST_LOST:
+    found: list[tuple[int, int, int]] = []
+    at, allowed = 0, np.inf
+    for i in range(len(path)):
+        if not found and i >= MOST_LOST:
             break
         allowed += DETOUR * lengths[i] + spare if i else 0.0
         end = int(np.searchsorted(travelled, travelled[at] + allowed, side="right"))
         point = _pass(track, path, i, at, max(end, at + 1), tolerance)
-        if point is None:
-            continue
-        nearest = _nearest(track, path, i, point, at)
-        # Only the two points around it, for speed.
-        first = int(nearest[0])
-        around = slice(first, first + 2)
-        places[i] = interpolate(track.place[around, None], nearest - first)[0, 0]
-        axes[i] = interpolate(track.axis[around], nearest - first)[0]
-        # The point may be on the next chord already: the location is somewhere before it.
-        stop = min(i + 1, count - 1)
-        before, begin = (last, at + 1) if last >= 0 else (i, point)
-        off[begin : point + 1] = _off(track, path, course, axes, before, stop, begin, point + 1)
-        rows[i] = track.row[_nearer_end(track, path, i, point, at)]
-        at, last, allowed = point, i, 0.0
-    if last >= 0:
-        stop = min(last + 1, count - 1)
-        off[at + 1 :] = _off(track, path, course, axes, last, stop, at + 1, len(track.row))
-    if last == count - 1:
-        # The lead-out from the path: one block, and rapid moves.
-        out = np.floor(places[last] + NEXT) + 1.0
-        off[(track.place > places[last]) & ((track.row <= out) | track.rapid)] = np.nan
-    return rows, places, off
+        if point is not None:
+            found.append((i, at, point))
+            at, allowed = point, 0.0
+    known, begin, points = np.array(found, dtype=np.int64).reshape(-1, 3).T
+    return known, begin, points
 
 
 def _pass(track: Track, path: Toolpath, i: int, begin: int, end: int, tolerance: float) -> int | None:
     """Find where the track, chords included, first passes a location: the nearest point."""
     first, block = begin, FIRST_BLOCK
     while first < end:
-        points = np.arange(first, min(first + block, end))
-        first, block = first + block, 2 * block
-        after, before = (_aside(track, path, i, p) for p in (points, np.maximum(points - 1, begin)))
-        gap = segment_distances(np.zeros_like(after), before, after)
+        last = min(first + block, end)
+        aside = _aside(track, path, i, np.maximum(np.arange(first - 1, last), begin))
+        gap = segment_distances(np.zeros((last - first, 3)), aside[:-1], aside[1:])
         near = np.flatnonzero(gap <= tolerance)
-        if not len(near):
-            continue
-        best = int(near[0])
-        # The next points may be nearer still.
-        while best + 1 < len(gap) and gap[best + 1] < gap[best]:
-            best += 1
-        return int(points[best])
+        if len(near):
+            best = int(near[0])
+            # The next points may be nearer still.
+            while best + 1 < len(gap) and gap[best + 1] < gap[best]:
+                best += 1
+            return first + best
+        first, block = last, 2 * block
     return None
 
 
-def _nearer_end(track: Track, path: Toolpath, i: int, point: int, begin: int) -> int:
-    """Find the end of the chord to a point that is nearer to a location."""
-    ends = np.array([point, max(point - 1, begin)])
-    return int(ends[np.argmin(np.linalg.norm(_aside(track, path, i, ends), axis=1))])
-
-
-def _nearest(track: Track, path: Toolpath, i: int, point: int, begin: int) -> Array:
-    """Find where the chord to a point is nearest to a location, (1,), as a fractional point of the track."""
-    before = max(point - 1, begin)
-    start, end = _aside(track, path, i, np.array([before, point]))
-    step = end - start
-    square = float(product(step, step))
-    share = float(np.clip(product(-start, step) / square, 0.0, 1.0)) if square else 1.0
-    return np.array([before + share * (point - before)])
-
-
-def _aside(track: Track, path: Toolpath, i: int, points: IntArray) -> Array:
-    """Measure how far the centre at points is from where the axis there has it at a location, (m, 3) mm.
+def _aside(track: Track, path: Toolpath, i: IntArray | int, points: IntArray) -> Array:
+    """Measure how far the centre at points is from where the axis there has it at locations, (m, 3) mm.
 
     An inserted location on a curve may be passed anywhere from there to the chord.
     """
@@ -335,8 +272,8 @@ def _aside(track: Track, path: Toolpath, i: int, points: IntArray) -> Array:
     return Band(wanted, np.broadcast_to(path.curve.chord[i], wanted.shape)).asides(track.centre[points])
 
 
-def _centre(path: Toolpath, i: int, axis: Array) -> Array:
-    """Compute the tool's centre at a location for tool axes, (m, 3)."""
+def _centre(path: Toolpath, i: IntArray | int, axis: Array) -> Array:
+    """Compute the tool's centre at locations for tool axes, (m, 3)."""
     pivot, zone = path.pivot[i], path.zone
     if not zone.offset:
         return np.broadcast_to(pivot, axis.shape)
@@ -344,46 +281,55 @@ def _centre(path: Toolpath, i: int, axis: Array) -> Array:
     return np.asarray(pivot + zone.offset * across(normal, axis))
 
 
-def _off(
-    track: Track, path: Toolpath, course: Course, axes: Array, i: int, k: int, begin: int, end: int
-) -> Array:
-    """Measure the distance of points of the track from the path through locations i to k, (m,) mm.
+def _off(track: Track, path: Toolpath, axes: Array, known: IntArray, point: IntArray) -> Array:
+    """Measure the distance of the track from the path, from the first passed location on, (m,) mm.
 
-    Between two locations the tool's centre goes straight, or the pivot does while the tool turns and the
-    surface normal with it; where locations tell a curve, it goes between that and the chord (`course`).
-    At a location the centre follows from the program's tool axis there, `axes`, (n, 3); at one not reached
-    yet, from the axis at each point. In the air there is more than one course: a point of a rapid move beside
-    one of the path's has no distance (NaN), nor has one of a cutter whose pivot is off its axis beside a
-    link, where no normal tells where its pivot is.
+    A point is compared with the chords from the location that was passed before it to the one after that
+    which is passed next: it may be on that chord already. Between two locations the tool's centre goes
+    straight, or the pivot does while the tool turns and the surface normal with it; where locations tell a
+    curve, it goes between that and the chord (`Course`). At a location the centre follows from the program's
+    tool axis there, `axes`, (n, 3); at one not reached yet, from the axis at each point. In the air there is
+    more than one course: a point of a rapid move beside one of the path's has no distance (NaN), nor has one
+    of a cutter whose pivot is off its axis beside a link, where no normal tells where its pivot is.
     """
-    points = slice(begin, end)
-    axis, centre = track.axis[points], track.centre[points]
-    if begin >= end:
-        return np.empty(0)
-    ends = [
-        _centre(path, j, axis if np.isnan(axes[j]).any() else np.broadcast_to(axes[j], axis.shape))
-        for j in range(i, k + 1)
-    ]
-    gaps = [segment_distances(centre, a, b) for a, b in pairwise(ends)]
-    if not path.zone.offset:
-        bent = [j for j in range(i, k) if course.curved[j + 1]]
-        gaps += [course.distances(j + 1, centre) for j in bent]
-    near = np.linalg.norm(centre - ends[0], axis=1)
-    least = np.min([near, *gaps], axis=0)
-    far = np.flatnonzero(least > PATH_TOLERANCE) if path.zone.offset else ()
-    if len(far):
-        for j in range(i, k):
-            by_pivot, _ = pivot_shares(path, course, np.full(len(far), j), centre[far], axis[far])
-            least[far] = np.fmin(least[far], by_pivot)
-    air = path.kind[i : k + 1]
-    if path.zone.offset and (air == MoveKind.LINK).any():
-        least[:] = np.nan
-    elif (air == MoveKind.RAPID).any():
-        least[track.rapid[points]] = np.nan
+    centre, axis = track.centre[point[0] :], track.axis[point[0] :]
+    course, off_axis = Course.of(path), bool(path.zone.offset)
+    turn = np.searchsorted(point, np.arange(point[0], len(track.row)))
+    reached = known[np.minimum(turn, len(known) - 1)]
+    first, last = known[np.maximum(turn - 1, 0)], np.minimum(reached + 1, len(path) - 1)
+    # Each point with each of its chords, by the location at which that begins.
+    chords = last - first
+    of = np.repeat(np.arange(len(turn)), chords)
+    move = first[of] + np.arange(len(of)) - np.repeat(np.cumsum(chords) - chords, chords)
+
+    def wanted(j: IntArray, points: IntArray) -> Array:
+        own = np.isnan(axes[j]).any(axis=1) | (j > reached[points])
+        return _centre(path, j, np.where(own[:, None], axis[points], axes[j]))
+
+    gaps = segment_distances(centre[of], wanted(move, of), wanted(move + 1, of))
+    if not off_axis:
+        bent = np.flatnonzero(course.curved[move + 1])
+        gaps[bent] = np.minimum(gaps[bent], course.distances(move[bent] + 1, centre[of[bent]]))
+    least = np.linalg.norm(centre - wanted(first, np.arange(len(turn))), axis=1)
+    np.minimum.at(least, of, gaps)
+    if off_axis:
+        far = np.flatnonzero(least[of] > PATH_TOLERANCE)
+        by_pivot, _ = pivot_shares(path, course, move[far], centre[of[far]], axis[of[far]])
+        np.fmin.at(least, of[far], by_pivot)
+    links, rapids = (_any_within(path.kind == kind, first, last) for kind in (MoveKind.LINK, MoveKind.RAPID))
+    least[(off_axis & links) | (rapids & track.rapid[point[0] :])] = np.nan
     # Inserted locations keep the centre's path to this.
-    # What the program's own blocks leave the path by is no fault of others in their place.
-    own = 0.0 if path.slack is None else float(path.slack[i + 1 : k + 1].max(initial=0.0))
-    return np.asarray(np.maximum(least - max(PATH_TOLERANCE, own), 0.0))
+    allowed = np.full(len(least), PATH_TOLERANCE)
+    if path.slack is not None:
+        # What the program's own blocks leave the path by is no fault of others in their place.
+        np.maximum.at(allowed, of, path.slack[move + 1])
+    return np.asarray(np.maximum(least - allowed, 0.0))
+
+
+def _any_within(marked: BoolArray, first: IntArray, last: IntArray) -> BoolArray:
+    """Tell whether any of the rows from first to last, both included, is marked; (m,)."""
+    count = np.append(0, np.cumsum(marked))
+    return np.asarray(count[last + 1] > count[first])
 
 
 def pivot_shares(
