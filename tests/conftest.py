@@ -18,7 +18,7 @@ from fiveaxis.model import Machine, Tool, Toolpath, load_machine
 # The same examples every time: some at each push, more before a merge (`--hypothesis-profile=merge`). How
 # long they take to draw is no property of the code, as machines are shared. What a test writes to its own
 # folder for one example, it overwrites for the next.
-for profile, examples in {"push": 20, "merge": 100}.items():
+for profile, examples in {"push": 20, "merge": 60}.items():
     settings.register_profile(
         profile,
         derandomize=True,

@@ -73,6 +73,7 @@ def covering() -> set[Case]:
 
 
 @pytest.mark.slow
+@pytest.mark.release
 @pytest.mark.parametrize("place", EVERY, ids="-".join)
 def test_every_class_is_found_in_programs_of_every_control_and_of_every_mode(place, covering, tmp_path):
     def given(fault: Fault) -> bool:

@@ -71,7 +71,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("programs")
 
 
-# Those that take longest, with all searches: they are revised once, with trades.
+# Those that take longest, with all searches: they are revised once, with trades, before a release.
 LONG = {"inches", "fan", "three tools"}
 SLOW = LONG | {"haas", "linuxcnc"}
 # Shop programs that are revised without a trade, too, at each push.
@@ -80,8 +80,9 @@ TWICE = {"fanuc"}
 
 def marked(names: Iterable[str], slow: set[str]) -> list[Any]:
     """Cases, with their marks."""
+    having = {"shared": REAL, "slow": slow, "release": LONG}
     return [
-        pytest.param(n, marks=[pytest.mark.shared] * (n in REAL) + [pytest.mark.slow] * (n in slow))
+        pytest.param(n, marks=[getattr(pytest.mark, mark) for mark, those in having.items() if n in those])
         for n in names
     ]
 
