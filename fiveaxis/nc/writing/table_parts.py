@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from string import Formatter
-from typing import Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
 from fiveaxis.base import StrictModel
 
@@ -52,7 +52,7 @@ def require_fields(name: str, template: str) -> None:
         raise ValueError(f"{name} = {template!r} has {{{field}}}; what it may have is {allowed}")
     if any(form or conversion for _, _, form, conversion in parts):
         raise ValueError(f"{name} = {template!r} formats what fills a bracket; write {{name}} alone")
-    if template and any(found.count(field) != 1 for field in wanted):
+    if (template or name == "comment") and any(found.count(field) != 1 for field in wanted):
         needed = " and ".join(f"{{{f}}}" for f in wanted)
         raise ValueError(f"{name} = {template!r} needs {needed}, {'each ' if len(wanted) > 1 else ''}once")
 
@@ -62,6 +62,27 @@ def require_ascii(name: str, text: str) -> None:
     strange = [sign for sign in text if not (" " <= sign <= "~" or sign == "\n")]
     if strange:
         raise ValueError(f"{name} = {text!r} has {strange[0]!r}; write plain ASCII")
+
+
+def written(name: str = "") -> AfterValidator:
+    """Return the check of texts that are written: a template has its placeholders, and all are plain ASCII.
+
+    Parameters
+    ----------
+    name : of the template; that of the field by default
+    """
+
+    def check(texts: Any, info: ValidationInfo) -> Any:
+        known = name or str(info.field_name)
+        for text in (texts,) if isinstance(texts, str) else texts or ():
+            (require_fields if known in TEMPLATES else require_ascii)(known, text)
+        return texts
+
+    return AfterValidator(check)
+
+
+Text = Annotated[str, written()]
+Blocks = Annotated[Lines, written()]
 
 
 class Comments(StrictModel):
@@ -77,7 +98,7 @@ class Comments(StrictModel):
     forbidden : characters that end the program or continue a line, even in a comment
     """
 
-    template: str = "({})"
+    template: Annotated[str, written("comment")] = "({})"
     width: int = Field(60, ge=10)
     capitals: bool = False
     active: dict[str, Literal["shows", "stops", "runs"]] = Field(default_factory=dict)
@@ -115,7 +136,7 @@ class Feed(StrictModel):
     clears : whether the mode's word clears F where the mode is in force already
     """
 
-    word: str = ""
+    word: Text = ""
     decimals: int | None = Field(None, ge=0, le=9)
     digits: int | None = Field(None, ge=4, le=12)
     least: float | None = Field(None, gt=0.0)
@@ -297,27 +318,17 @@ class Mode(StrictModel):
     notes : for the operator
     """
 
-    on: Lines = ()
-    on_contained: Lines | None = None
-    off: Lines = ()
-    off_clear: Lines = ()
+    on: Blocks = ()
+    on_contained: Annotated[Lines | None, written()] = None
+    off: Blocks = ()
+    off_clear: Blocks = ()
     feed: FeedMode = "per_minute"
     positions: Literal["table", "machine"] = "table"
-    rapid: str | None = None
-    linear: str | None = None
-    first: str | None = None
-    directions: tuple[str, str, str] | None = None
+    rapid: Annotated[str | None, written()] = None
+    linear: Annotated[str | None, written()] = None
+    first: Annotated[str | None, written()] = None
+    directions: tuple[Text, Text, Text] | None = None
     notes: Lines = ()
-
-    @model_validator(mode="after")
-    def _has_known_fields(self) -> Mode:
-        for name in ("on", "on_contained", "off", "off_clear"):
-            for template in getattr(self, name) or ():
-                require_fields(name, template)
-        for name in ("rapid", "linear", "first"):
-            if getattr(self, name) is not None:
-                require_fields(name, getattr(self, name))
-        return self
 
 
 class Modulo(StrictModel):
@@ -332,17 +343,10 @@ class Modulo(StrictModel):
     """
 
     way: Literal["shorter", "signed"]
-    word: str | None = None
-    on: Lines = ()
-    off: Lines = ()
+    word: Annotated[str | None, written("modulo_word")] = None
+    on: Annotated[Lines, written("modulo")] = ()
+    off: Annotated[Lines, written("modulo")] = ()
     low: Literal[0, -180] = 0
-
-    @field_validator("word")
-    @classmethod
-    def _has_known_fields(cls, word: str | None) -> str | None:
-        if word is not None:
-            require_fields("modulo_word", word)
-        return word
 
     @model_validator(mode="after")
     def _signs_are_free(self) -> Modulo:
@@ -360,11 +364,5 @@ class Reset(StrictModel):
     clear : block that cancels it
     """
 
-    block: str
-    clear: str
-
-    @field_validator("block")
-    @classmethod
-    def _has_known_fields(cls, block: str) -> str:
-        require_fields("reset_block", block)
-        return block
+    block: Annotated[str, written("reset_block")]
+    clear: Text

@@ -12,9 +12,9 @@ from pydantic import Field, model_validator
 
 from fiveaxis.base import Coordinates, SettingError, StrictModel, read_document, validate_settings
 from fiveaxis.nc.writing.table_parts import (
-    TEMPLATES,
     ArcBounds,
     Arithmetic,
+    Blocks,
     Comments,
     Counted,
     Cycles,
@@ -28,16 +28,11 @@ from fiveaxis.nc.writing.table_parts import (
     Planner,
     ReadingRules,
     Reset,
+    Text,
     Unit,
-    require_ascii,
-    require_fields,
 )
 
 FOLDER = Path(__file__).parents[1] / "controls"
-
-
-def _no_unit_words() -> dict[Unit, str]:
-    return {"mm": ""}
 
 
 class Dialect(StrictModel):
@@ -99,16 +94,16 @@ class Dialect(StrictModel):
     title: str = ""
     language: Literal["blocks", "apt", "points"] = "blocks"
     suffix: str = Field(pattern=r"^\.[A-Za-z0-9]+$")
-    axes: str = "XYZABC"
+    axes: Text = "XYZABC"
     comment: Comments = Comments()
     longest: int = Field(255, ge=40)
-    line_number: str = ""
+    line_number: Text = ""
     most_number: int = Field(99999, ge=1)
     numbered: bool = False
-    continuation: str = ""
+    continuation: Text = ""
     number: Numbers = Numbers()
     feed: dict[FeedMode, Feed] = Field(default_factory=dict)
-    unit: dict[Unit, str] = Field(default_factory=_no_unit_words)
+    unit: dict[Unit, Text] = Field({"mm": ""})
     inch_feed: float = Field(1.0, gt=0.0)
     reading: ReadingRules = ReadingRules()
     mixed_feed: MixedFeed = MixedFeed()
@@ -117,33 +112,33 @@ class Dialect(StrictModel):
     arc_turns: Literal["", "P"] = ""
     arithmetic: Arithmetic = Arithmetic()
     cycles: Cycles = Cycles()
-    head: Lines = ()
-    safe_start: Lines = ()
-    smoothing: Lines = ()
-    unclamp: Lines = ()
+    head: Blocks = ()
+    safe_start: Blocks = ()
+    smoothing: Blocks = ()
+    unclamp: Blocks = ()
     corners: Annotated[float, Field(ge=0.0)] | Literal["exact-path", "blended"] | None = None
     blend: float = Field(0.0, ge=0.0)
     cycle: float = Field(0.0, ge=0.0)
     planner: Planner = Planner()
     jerk: str = ""
     limited: Literal["axes", "words"] = "axes"
-    after_tcp: Lines = ()
-    machine_move: str = ""
-    tool_change: str = ""
-    work_offset: str = ""
+    after_tcp: Blocks = ()
+    machine_move: Text = ""
+    tool_change: Text = ""
+    work_offset: Text = ""
     work_offsets: str = ""
-    default_offset: str = ""
-    spindle: str = ""
-    spindle_left: str = ""
+    default_offset: Text = ""
+    spindle: Text = ""
+    spindle_left: Text = ""
     spindle_decimals: int = Field(0, ge=0, le=6)
     most: dict[Counted, float] = Field(default_factory=dict)
-    coolant: dict[str, str] = Field(default_factory=dict)
-    spindle_off: str = ""
-    coolant_off: str = ""
-    rapid: str = ""
-    linear: str = ""
-    straight: str = "see that the control does so, as some let every axis run at its own speed"
-    end: Lines = ()
+    coolant: dict[str, Text] = Field(default_factory=dict)
+    spindle_off: Text = ""
+    coolant_off: Text = ""
+    rapid: Text = ""
+    linear: Text = ""
+    straight: Text = "see that the control does so, as some let every axis run at its own speed"
+    end: Blocks = ()
     modes: dict[Coordinates, Mode] = Field(min_length=1)
     refused: dict[Coordinates, str] = Field(default_factory=dict)
     harmless: Lines = ()
@@ -171,12 +166,6 @@ class Dialect(StrictModel):
 
     @model_validator(mode="after")
     def _is_complete(self) -> Dialect:
-        for name in (n for n in TEMPLATES if n in type(self).model_fields and n != "comment"):
-            value = getattr(self, name)
-            for template in (value,) if isinstance(value, str) else value:
-                require_fields(name, template)
-        require_fields("comment", self.comment.template or " ")
-        self._require_plain()
         if isinstance(self.corners, str) and not self.cycle:
             raise ValueError(f"corners = {self.corners!r} needs cycle, the time of the control's clock in s")
         if self.blend and self.corners != "blended":
@@ -200,23 +189,6 @@ class Dialect(StrictModel):
         for mode in self.modes.values():
             blocks += [*mode.on, *(mode.on_contained or ()), mode.first or "", *mode.off, *mode.off_clear]
         return any(f"{{{field}}}" in block for block in blocks)
-
-    def _require_plain(self) -> None:
-        """Raise `ValueError` if a block that isn't a template isn't ASCII."""
-        modulo, reset = self.modulo or Modulo(way="shorter"), self.reset or Reset(block="{words}", clear="")
-        blocks = {
-            "coolant": tuple(self.coolant.values()),
-            "unit": tuple(self.unit.values()),
-            "feed.word": tuple(feed.word for feed in self.feed.values()),
-            "modulo": (*modulo.on, *modulo.off),
-            "reset.clear": (reset.clear,),
-            "modes.directions": tuple(w for mode in self.modes.values() for w in mode.directions or ()),
-        }
-        for name in ("spindle_off", "coolant_off", "default_offset", "continuation", "axes", "straight"):
-            require_ascii(name, getattr(self, name))
-        for name, texts in blocks.items():
-            for text in texts:
-                require_ascii(name, text)
 
     def _require_units(self) -> None:
         """Raise `ValueError` if a unit has no word and blocks have a placeholder for it."""
