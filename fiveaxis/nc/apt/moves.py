@@ -39,55 +39,34 @@ TANGENT = 0.9
 
 @dataclass
 class AptRows:
-    """The locations read so far, as flat arrays: a list of lists takes ten times the memory.
+    """The locations read so far: a list of lists takes ten times the memory.
 
     Parameters
     ----------
-    positions, vectors : three numbers for each location, unit and frame of the file
-    kinds : `MoveKind` values
-    feeds : mm/min, NaN where none is in force
-    lines : of the statements
+    numbers : nine for each location: position and vector, in unit and frame of the file; `MoveKind`; feed,
+        mm/min, NaN where none is in force; line of the statement
     """
 
-    positions: array[float] = field(default_factory=lambda: array("d"))
-    vectors: array[float] = field(default_factory=lambda: array("d"))
-    kinds: array[int] = field(default_factory=lambda: array("q"))
-    feeds: array[float] = field(default_factory=lambda: array("d"))
-    lines: array[int] = field(default_factory=lambda: array("q"))
+    numbers: array[float] = field(default_factory=lambda: array("d"))
 
     def __len__(self) -> int:
-        return len(self.lines)
+        return len(self.numbers) // 9
 
     def add(
         self, position: list[float], vector: list[float], kind: MoveKind, feed: float | None, line: int
     ) -> None:
         """Append a location."""
-        self.positions.extend(position)
-        self.vectors.extend(vector)
-        self.kinds.append(kind)
-        self.feeds.append(np.nan if feed is None else feed)
-        self.lines.append(line)
+        self.numbers.extend((*position, *vector, kind, np.nan if feed is None else feed, line))
 
-    def add_all(
-        self, positions: Array, vectors: Array, kind: MoveKind, feed: float | None, line: int
-    ) -> None:
-        """Append the locations of one statement, (n, 3) each."""
-        count = len(positions)
-        self.positions.frombytes(np.ascontiguousarray(positions).tobytes())
-        self.vectors.frombytes(np.ascontiguousarray(vectors).tobytes())
-        self.kinds.extend([kind] * count)
-        self.feeds.extend([np.nan if feed is None else feed] * count)
-        self.lines.extend([line] * count)
+    def position(self, back: int = 1) -> Array:
+        """Return the position of the last location, or of one before it, (3,); empty if there is none."""
+        return np.array(self.numbers[-9 * back : 3 - 9 * back])
 
     def columns(self) -> tuple[Array, Array, IntArray, Array, IntArray]:
         """Return positions and vectors, (n, 3), kinds, feeds and lines, (n,)."""
-        return (
-            np.array(self.positions).reshape(-1, 3),
-            np.array(self.vectors).reshape(-1, 3),
-            np.array(self.kinds, dtype=np.int64),
-            np.array(self.feeds),
-            np.array(self.lines, dtype=np.int64),
-        )
+        rows = np.array(self.numbers).reshape(-1, 9)
+        kinds, lines = rows[:, 6].astype(np.int64), rows[:, 8].astype(np.int64)
+        return rows[:, :3].copy(), rows[:, 3:6].copy(), kinds, rows[:, 7].copy(), lines
 
 
 @dataclass
@@ -202,7 +181,7 @@ class Moves:
             raise statement.error("has no location before it to begin at; add a GOTO or FROM")
         if self.frames.changes and self.frames.changes[-1][0] == len(self.rows):
             raise statement.error("begins at a location of another frame; add a GOTO in this one before it")
-        return np.array(self.rows.positions[-3:])
+        return self.rows.position()
 
     # Arcs are computed in mm, as the tolerances are.
 
@@ -247,7 +226,7 @@ class Moves:
             self.step = None
             self.rows.add(position, self.vector, kind, self.feeds.now, statement.line)
             return
-        before = np.array(self.rows.positions[-6:-3]) * self.scale
+        before = self.rows.position(2) * self.scale
         if self.step is None and len(before) and np.all(np.abs(before) <= LARGEST_POSITION):
             fit = agreement(arc, before, begin)
             self.along += fit > TANGENT
@@ -260,15 +239,16 @@ class Moves:
             )
             self.findings.append(statement.note("arc-nearly-closed", text))
         self._add_arc(arc, begin, end, kind, statement.line)
-        self.rows.positions[-3:] = array("d", position)
+        self.rows.numbers[-9:-6] = array("d", position)
         if sweep is not None:
             # Creo writes several points for one CIRCLE.
             self.arc, self.step = replace(arc, angle=None), sweep
 
     def _add_arc(self, arc: StatedArc, begin: Array, end: Array, kind: MoveKind, line: int) -> None:
         points = arc_points(arc, begin, end) / self.scale
-        vectors = arc_vectors(list(self.rows.vectors[-3:]), self.vector, len(points))
-        self.rows.add_all(points, vectors, kind, self.feeds.now, line)
+        vectors = arc_vectors(list(self.rows.numbers[-6:-3]), self.vector, len(points))
+        for point, vector in zip(points.tolist(), vectors.tolist(), strict=True):
+            self.rows.add(point, vector, kind, self.feeds.now, line)
 
     # Drilling
 

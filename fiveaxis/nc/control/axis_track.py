@@ -33,21 +33,8 @@ class Counting(IntEnum):
     TIP = 2  # tip on the workpiece (TCP, a tilted plane)
 
 
-# Values, line, step, kind, duration in s, feed per s as in `Modes.pace`, `Counting`, what F counts of each
-# axis, tool vector, surface normal, whether the start of the move isn't known.
-Row = tuple[
-    tuple[float | None, ...],
-    int,
-    int,
-    int,
-    float | None,
-    float | None,
-    int,
-    tuple[float, ...],
-    Triple | None,
-    Triple | None,
-    bool,
-]
+# One row of each array of `Columns`, in their order; None where unknown.
+Row = tuple[Any, ...]
 
 # mm/min, deg/min: of rapid moves of axes without a known speed; only their duration depends on it.
 RAPID = 10_000.0
@@ -155,16 +142,6 @@ class Rows:
         self._count += len(rows.lines)
 
     @property
-    def first_line(self) -> int:
-        """Line of the first row."""
-        return int(self._parts[0].lines[0]) if self._parts else self._last[0][1]
-
-    @property
-    def last_line(self) -> int:
-        """Line of the last row."""
-        return self._last[-1][1] if self._last else int(self._parts[-1].lines[-1])
-
-    @property
     def last_kind(self) -> int:
         """Kind of the move that ends at the last row."""
         return self._last[-1][3] if self._last else int(self._parts[-1].kinds[-1])
@@ -173,36 +150,23 @@ class Rows:
         """Return all rows as arrays."""
         self._pack()
         if len(self._parts) > 1:
-            names = [f.name for f in fields(Columns) if f.name != "machine"]
-            joined: dict[str, Any] = {
-                name: _joined([getattr(part, name) for part in self._parts]) for name in names
-            }
+            joined = {name: _joined([getattr(part, name) for part in self._parts]) for name in ARRAYS}
             self._parts = [Columns(self._machine, **joined)]
         return self._parts[0]
 
     def _pack(self) -> None:
         if not self._last:
             return
-        values, lines, steps, kinds, times, feeds, counting, counted, vectors, normals, lost = zip(
-            *self._last, strict=True
-        )
+        given = zip(ARRAYS, zip(*self._last, strict=True), strict=True)
+        arrays: dict[str, Any] = {
+            name: _directions(values)
+            if name in ("vectors", "normals")
+            else np.array(values, dtype=_TYPES.get(name, float))
+            for name, values in given
+        }
         self._count += len(self._last)
         self._last = []
-        part = Columns(
-            self._machine,
-            np.array(values, dtype=float),
-            np.array(lines, dtype=np.int64),
-            np.array(steps, dtype=np.int64),
-            np.array(kinds, dtype=np.int64),
-            np.array(times, dtype=float),
-            np.array(feeds, dtype=float),
-            np.array(counting, dtype=np.int64),
-            np.array(counted, dtype=float),
-            _directions(vectors),
-            _directions(normals),
-            np.array(lost, dtype=bool),
-        )
-        self._parts.append(part)
+        self._parts.append(Columns(self._machine, **arrays))
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,18 +203,15 @@ class Columns:
 
     def at(self, rows: slice | BoolArray | IntArray) -> Columns:
         """Return some of the rows."""
-        arrays = {f.name: getattr(self, f.name)[rows] for f in fields(self) if f.name != "machine"}
-        return Columns(self.machine, **arrays)
+        return Columns(self.machine, **{name: getattr(self, name)[rows] for name in ARRAYS})
 
     def same_moves(self, other: Columns) -> BoolArray:
         """Mark rows, (n,), that are those of another program but for their lines; none of another number."""
         same = np.full(len(self.lines), len(self.lines) == len(other.lines))
         if not same.any():
             return same
-        for field in fields(self):
-            if field.name in ("machine", "lines", "steps"):
-                continue
-            pair = (getattr(self, field.name), getattr(other, field.name))
+        for name in set(ARRAYS) - {"lines", "steps"}:
+            pair = (getattr(self, name), getattr(other, name))
             own, others = (np.asarray(values, dtype=float).reshape(len(same), -1) for values in pair)
             same &= ((own == others) | (np.isnan(own) & np.isnan(others))).all(axis=1)
         return same
@@ -269,6 +230,13 @@ class Columns:
     def positions(self) -> Array:
         """Return the rows as axis values, (n, k) mm and rad, tool relative to workpiece."""
         return _to_axis_values(self.machine, self.values, self.of_tip)
+
+
+ARRAYS = tuple(field.name for field in fields(Columns))[1:]
+_TYPES: dict[str, type] = {
+    **dict.fromkeys(("lines", "steps", "kinds", "counting"), np.int64),
+    "from_unknown": bool,
+}
 
 
 def axis_values(machine: Machine, values: Sequence[float | None], counting: Counting) -> Array:

@@ -342,20 +342,12 @@ def axes_of_tips(columns: Columns, scale: float, source: Source) -> Columns:
     parts = np.bincount(rows.row, minlength=len(time))
     with np.errstate(invalid="ignore"):
         time = np.where(cuts, time, columns.times) / parts
-    row = rows.row
-    return Columns(
-        machine,
-        control_values(machine, rows.positions),
-        columns.lines[row],
-        columns.steps[row],
-        columns.kinds[row],
-        time[row],
-        np.where(cuts, feed, np.nan)[row],
-        np.full(len(row), Counting.AXES),
-        columns.counted[row],
-        columns.vectors[row],
-        columns.normals[row],
-        columns.from_unknown[row],
+    return replace(
+        columns.at(rows.row),
+        values=control_values(machine, rows.positions),
+        times=time[rows.row],
+        feeds=np.where(cuts, feed, np.nan)[rows.row],
+        counting=np.full(len(rows.row), Counting.AXES),
     )
 
 

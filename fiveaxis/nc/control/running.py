@@ -151,7 +151,7 @@ def _run_judged(source: Source, machine: Machine, options: ReadOptions, *, stand
         found.findings += found.modes.rules.whole_words(source, step)
     _note_radians(found)
     if assumed:
-        first = found.track.rows.first_line if found.track.rows else None
+        first = int(found.track.columns().lines[0]) if found.track.rows else None
         found.note(Severity.WARNING, "increment-assumed", assumed, first)
     return found
 
@@ -413,7 +413,7 @@ def note_assumptions(interpreter: Interpreter, columns: Columns) -> None:
     columns : the rows that are read, of one operation
     """
     units, track = interpreter.modes.units, interpreter.track
-    line = track.rows.first_line
+    line = int(track.columns().lines[0])
     if not interpreter.fixed_feed:
         how = columns, interpreter.modes.feed_scale, units.now, interpreter.source
         interpreter.findings += interpreter.feed_meaning.findings(*how)
