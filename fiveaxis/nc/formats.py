@@ -30,9 +30,8 @@ from fiveaxis.nc.languages.choice import bare_code, has_sign, head_lines
 from fiveaxis.nc.motion_table import read_motion_path
 from fiveaxis.nc.operations import SAME_AXIS, kind_of_work
 from fiveaxis.nc.options import PathReading, ProgramReading, ReadOptions
-from fiveaxis.nc.rows import parse_number
 from fiveaxis.nc.source import Source, load_source
-from fiveaxis.nc.table import KNOWN, POSITION, fields_of, filled_lines, read_points
+from fiveaxis.nc.table import KNOWN, POSITION, fields_of, filled_lines, is_number, read_points
 
 logger = logging.getLogger(__name__)
 
@@ -96,7 +95,7 @@ def _kind_of_content(source: Source) -> Kind | None:
         return "motion"
     if len(set(fields) & set(KNOWN)) >= len(POSITION) and not any(map(_DIGIT.search, fields)):
         return "points"
-    if len(fields) > len(POSITION) and all(map(_is_number, fields)):
+    if len(fields) > len(POSITION) and all(map(is_number, fields)):
         return "points"
     lines = head_lines(source)
     if any(map(_APT.match, lines[:MOST_LINES])):
@@ -107,14 +106,6 @@ def _kind_of_content(source: Source) -> Kind | None:
         if any(code and (_WORDS.fullmatch("".join(code.split())) or has_sign(code)) for code in codes)
         else None
     )
-
-
-def _is_number(field: str) -> bool:
-    try:
-        parse_number(field.replace(",", "."))
-    except ValueError:
-        return False
-    return True
 
 
 def _kind_of_name(source: Source) -> Kind:

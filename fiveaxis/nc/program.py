@@ -270,13 +270,13 @@ def _program_of_blocks(
     writer, dialect, settings = around.writer, around.writer.dialect, around.settings
     assumed, wound = around.assumptions(), around.wound(planned)
     pairs = [*(("assumed", text) for text in assumed), *pairs, *_lead_out_note(planned)]
-    blocks = block_lines(planned.blocks, writer, around.winding)
+    blocks, dropped, told = block_lines(planned.blocks, writer, around.winding)
     comments = head_lines(writer, settings, verdict, pairs, around.winding, wound)
     head = [*around.head(), *comments, *around.modes()]
     tagged = [
         *((line, NO_ROW) for line in head),
         *around.approach(planned),
-        *((line, row + planned.first) for line, row in zip(blocks.lines, blocks.rows, strict=True)),
+        *((line, row + planned.first) for line, row in blocks),
         *around.lead_out(planned),
         *((line, NO_ROW) for line in around.end()),
     ]
@@ -293,9 +293,9 @@ def _program_of_blocks(
         suffix=dialect.suffix,
         lines=lines,
         rows=tuple(row for _, row in tagged),
-        dropped=blocks.dropped,
+        dropped=dropped,
         coordinates=writer.coordinates,
-        findings=(*findings, *blocks.findings),
+        findings=(*findings, *told),
         preparation=Preparation(
             notes=tuple(machine_notes(writer, around.settings, around.winding)),
             tool_number=around.settings.tool_number,

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -64,14 +64,15 @@ def read_points(source: Source, options: ReadOptions) -> Toolpath:
     ToolpathError
         With file and line: anything but a complete table of finite numbers and directions.
     """
-    if options.columns is None:
-        _require_header(source)
-        header, values, lines = read_table(source)
-        _check_header(header, source, line=first_line(source))
-    else:
-        header = [name.strip().lower() for name in options.columns]
-        _check_header(header, source, line=None)
-        values, lines = _read_headless(header, source)
+    line = first_line(source) if options.columns is None else None
+    if line is not None and all(map(is_number, fields_of(source.lines[line - 1]))):
+        raise source.error(
+            f"starts with numbers; the first line must be a header ({HEADERS}), or the columns must be "
+            "named (columns, --columns x,y,z,nx,ny,nz)",
+            line,
+        )
+    header, values, lines = read_table(source, options.columns)
+    _check_header(header, source, line)
     require_finite(values, header, lines, source)
     column = {name: values[:, i] for i, name in enumerate(header)}
     written = np.column_stack([column[c] for c in POSITION])
@@ -108,8 +109,12 @@ def _switch(name: str, values: Array, lines: IntArray, source: Source) -> BoolAr
     return values == 1.0
 
 
-def read_table(source: Source) -> tuple[list[str], Array, IntArray]:
+def read_table(source: Source, columns: Sequence[str] | None = None) -> tuple[list[str], Array, IntArray]:
     """Read a header and the numbers under it.
+
+    Parameters
+    ----------
+    columns : names, of a list without header
 
     Returns
     -------
@@ -124,12 +129,14 @@ def read_table(source: Source) -> tuple[list[str], Array, IntArray]:
     """
     filled = list(filled_lines(source))
     if not filled:
-        raise source.error(f"is empty; a header is needed: {HEADERS}")
-    header = [name.strip().lower() for name in fields_of(filled[0][1])]
-    if len(filled) == 1:
+        needed = f"a header is needed: {HEADERS}" if columns is None else "rows of numbers are needed"
+        raise source.error(f"is empty; {needed}")
+    header = [name.strip().lower() for name in (fields_of(filled[0][1]) if columns is None else columns)]
+    numbered = filled[1:] if columns is None else filled
+    if not numbered:
         raise source.error("has a header but no rows", filled[0][0])
-    lines = np.array([number for number, _ in filled[1:]], dtype=np.int64)
-    rows = _separated(filled[1:], separator_of(filled[0][1]), source)
+    lines = np.array([number for number, _ in numbered], dtype=np.int64)
+    rows = _separated(numbered, separator_of(filled[0][1]), source)
     return header, _parse_rows(rows, len(header), lines, source), lines
 
 
@@ -156,16 +163,6 @@ def _separated(rows: list[tuple[int, str]], separator: str | None, source: Sourc
     if comma is not None and any("." in text for _, text in rows):
         raise source.error("numbers with commas, in a list that has points too; write points", comma)
     return [",".join(text.replace(",", ".").split(separator)) for _, text in rows]
-
-
-def _read_headless(header: list[str], source: Source) -> tuple[Array, IntArray]:
-    """Read rows of numbers as `read_table`, but without a header."""
-    filled = list(filled_lines(source))
-    if not filled:
-        raise source.error("is empty; rows of numbers are needed")
-    lines = np.array([number for number, _ in filled], dtype=np.int64)
-    rows = _separated(filled, separator_of(filled[0][1]), source)
-    return _parse_rows(rows, len(header), lines, source), lines
 
 
 def _parse_rows(rows: list[str], width: int, lines: IntArray, source: Source) -> Array:
@@ -222,21 +219,13 @@ def _check_header(header: list[str], source: Source, line: int | None) -> None:
         raise source.error(f"the header lacks {', '.join(missing)}; write {HEADERS}", line)
 
 
-def _require_header(source: Source) -> None:
-    """Raise if a list starts with numbers: their meaning isn't guessed."""
-    line = first_line(source)
-    if line is None:
-        return
+def is_number(field: str) -> bool:
+    """Check whether a field is a number, with a decimal point or comma."""
     try:
-        for field in fields_of(source.lines[line - 1]):
-            parse_number(field.replace(",", "."))
+        parse_number(field.replace(",", "."))
     except ValueError:
-        return
-    raise source.error(
-        f"starts with numbers; the first line must be a header ({HEADERS}), or the columns must be named "
-        "(columns, --columns x,y,z,nx,ny,nz)",
-        line,
-    )
+        return False
+    return True
 
 
 def write_toolpath(toolpath: Toolpath, path: str | Path) -> Path:

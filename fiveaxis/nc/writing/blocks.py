@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -38,28 +38,21 @@ PART_OF_TURN = np.radians(2.0)
 _FEED_WORD = re.compile(r"\s?[^\s{}]*\{feed\}[^\s{}]*")
 
 
-@dataclass(frozen=True)
-class Blocks:
-    """The blocks of a motion's moves.
-
-    Parameters
-    ----------
-    lines : in order
-    rows : for each line, the row of the motion at which its block ends
-    dropped : number of moves omitted because none of their words changes
-    findings : where the control deviates from the plan
-    """
-
-    lines: list[str]
-    rows: list[int]
-    dropped: int
-    findings: tuple[Finding, ...]
-
-
-def block_lines(motion: Motion, writer: WordWriter, winding: str) -> Blocks:
+def block_lines(
+    motion: Motion, writer: WordWriter, winding: str
+) -> tuple[list[tuple[str, int]], int, list[Finding]]:
     """Write the blocks of all moves but the first, which belongs to the approach.
 
-    `ToolpathError` for a move without duration, or a feed out of the control's range.
+    Returns
+    -------
+    lines : each with the row of the motion at which its block ends
+    dropped : number of moves omitted because none of their words changes
+    findings : where the control deviates from the plan
+
+    Raises
+    ------
+    ToolpathError
+        A move without duration, or a feed out of the control's range.
     """
     moves, dropped = _moves(motion, writer)
     if winding == "modulo":
@@ -83,10 +76,10 @@ def block_lines(motion: Motion, writer: WordWriter, winding: str) -> Blocks:
     templates = modulo_templates(writer, winding)
     feeds = np.where(moves.rapid, np.nan, feeds)
     texts = _texts(words, kept, feeds, stated_rows(feeds, moves.kind, writer), writer, templates)
-    owners = moves.row[1:].tolist()
-    owned = [(line, row) for text, row in zip(texts, owners, strict=True) for line in text.split("\n")]
-    notes = (*note_floor(plain, raised, moves, writer), *note_rounding(wanted, feeds, moves, writer))
-    return Blocks([line for line, _ in owned], [row for _, row in owned], dropped, notes)
+    owned = zip(texts, moves.row[1:].tolist(), strict=True)
+    lines = [(line, row) for text, row in owned for line in text.split("\n")]
+    notes = note_floor(plain, raised, moves, writer) + note_rounding(wanted, feeds, moves, writer)
+    return lines, dropped, notes
 
 
 def moving(motion: Motion, values: Array, writer: WordWriter) -> BoolArray:
