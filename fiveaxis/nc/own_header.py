@@ -3,28 +3,74 @@
 from __future__ import annotations
 
 import re
-from typing import get_args
+from typing import NamedTuple, get_args
 
-from fiveaxis.base import Coordinates, Finding, Positions, Severity, ToolError, Wrap
-from fiveaxis.model import Machine, Setup, Tool, parse_tool
+from fiveaxis.base import Coordinates, Finding, Severity, ToolError
+from fiveaxis.model import Machine, Tool, parse_tool
 from fiveaxis.nc.source import Source
 
-# Names of the comments, and the forms of what they state, in lower case.
-_CONTROL, _WINDING, _POSITIONS = "control", "winding", "positions"
-_TOOL, _FEED, _ALONG = "tool", "feed", "mm/min along the path"
-_SETUP, _DEGREE, _TABLE, _LENGTH = "setup", "degree", "table", "tool length"
-_CONTAINED = re.compile(r"([0-9.]+) mm, contained in the words")
-_COUNTED = re.compile(r"counts ([0-9.]+(?:e[-+][0-9]+)?) in f")
-_MODULO = re.compile(r"modulo (shorter|signed) ([abc]+)")
-_SHAPE = re.compile(r"[a-z]+(?::[0-9.]+)+")
-_TRIPLE = r"[\[(]([-+.0-9e]+), ([-+.0-9e]+), ([-+.0-9e]+)[\])]"
-_STANDS = re.compile(rf"workpiece at offset {_TRIPLE} mm, rotation {_TRIPLE} deg in the machine frame")
-_HEIGHT = re.compile(r"([0-9]+\.?[0-9]*) mm below the lowest point of the part")
-_SPEED = re.compile(rf"([0-9]+\.?[0-9]*) {_ALONG}")
 # mm: lengths that don't differ.
 SAME_LENGTH = 1e-3
+_TRIPLE = r"[\[(]([-+.0-9e]+), ([-+.0-9e]+), ([-+.0-9e]+)[\])]"
+
+
+class Comment(NamedTuple):
+    """A comment of the header.
+
+    Parameters
+    ----------
+    name : that it begins with
+    form : of its text, by `str.format`
+    pattern : that reads the text, in lower case
+    """
+
+    name: str
+    form: str
+    pattern: str
+
+    def write(self, *values: object) -> str:
+        """Write the comment."""
+        return f"{self.name}: {self.form.format(*values)}"
+
+    def read(self, source: Source) -> tuple[str, ...]:
+        """Return what the header states, in lower case; nothing where it doesn't state it."""
+        found = re.fullmatch(self.pattern, source.stated(self.name) or "")
+        return () if found is None else found.groups()
+
+    def number(self, source: Source) -> float | None:
+        """Return the number that the header states; None where it states none."""
+        stated = self.read(source)
+        return float(stated[0]) if stated else None
+
+
+# On the control, and on what the words are positions of.
+CONTROL = Comment("control", "{} {}", r"(.+) (.+?)")
+# On rotary words from 0 to 360: their direction, and the axes by letter.
+MODULO = Comment("winding", "modulo {} {}", r"modulo (shorter|signed) ([abc]+)")
+# On the frame of the tip's words.
+POSITIONS = Comment("positions", "{}", r"(table|machine)")
+# On what F counts of a degree where linear axes move, too (`MixedFeed`).
+DEGREE = Comment("degree", "counts {:.9g} in F", r"counts ([0-9.]+(?:e[-+][0-9]+)?) in f")
+# On axis words that contain a tool's length, mm.
+LENGTH = Comment("tool length", "{:.9g} mm, contained in the words", r"([0-9.]+) mm, contained in the words")
+# On where the workpiece stands, mm and deg, to the nanometre within a metre.
+SETUP = Comment(
+    "setup",
+    "workpiece at offset ({:.9g}, {:.9g}, {:.9g}) mm, rotation ({:.9g}, {:.9g}, {:.9g}) deg in the machine "
+    "frame",
+    rf"workpiece at offset {_TRIPLE} mm, rotation {_TRIPLE} deg in the machine frame.*",
+)
+# On how high the part stands over the table, mm.
+HEIGHT = Comment(
+    "table",
+    "{:.7g} mm below the lowest point of the part",
+    r"([0-9]+\.?[0-9]*) mm below the lowest point of the part",
+)
+# On the tool, and on the feed of its path, mm/min.
+TOOL = Comment("tool", "{}", r"([a-z]+(?::[0-9.]+)+)")
+FEED = Comment("feed", "{:.7g} mm/min along the path", r"([0-9]+\.?[0-9]*) mm/min along the path")
 # Names of the caller's comments that are read back.
-CALLERS_READ_BACK = (_TOOL, _FEED)
+CALLERS_READ_BACK = (TOOL.name, FEED.name)
 
 
 def tool_comments(tool: Tool, feed: float | None = None) -> dict[str, str]:
@@ -34,28 +80,22 @@ def tool_comments(tool: Tool, feed: float | None = None) -> dict[str, str]:
     ----------
     feed : mm/s, the same in every cut
     """
-    return {_TOOL: str(tool)} | ({} if feed is None else {_FEED: f"{60.0 * feed:.7g} {_ALONG}"})
+    feeds = {} if feed is None else {FEED.name: FEED.form.format(60.0 * feed)}
+    return {TOOL.name: str(tool)} | feeds
 
 
 def stated_tool(source: Source) -> Tool | None:
     """Return the tool that the header states; None where it states none that is known here."""
-    found = _SHAPE.fullmatch(source.stated(_TOOL) or "")
     try:
-        return None if found is None else parse_tool(found[0])
+        return next(map(parse_tool, TOOL.read(source)), None)
     except ToolError:
         return None
 
 
 def stated_feed(source: Source) -> float | None:
     """Return the feed along the path that the header states, mm/s; None where it states none."""
-    found = _SPEED.fullmatch(source.stated(_FEED) or "")
-    return None if found is None else float(found[1]) / 60.0
-
-
-def setup_comment(setup: Setup) -> str:
-    """Return the comment on where the workpiece stands, to the nanometre within a metre."""
-    offset, turn = (", ".join(f"{v:.9g}" for v in values) for values in (setup.offset, setup.rotation_deg))
-    return f"{_SETUP}: workpiece at offset ({offset}) mm, rotation ({turn}) deg in the machine frame"
+    feed = FEED.number(source)
+    return None if feed is None else feed / 60.0
 
 
 def set_up_as_stated(machine: Machine, source: Source) -> tuple[Machine, tuple[Finding, ...]]:
@@ -67,10 +107,9 @@ def set_up_as_stated(machine: Machine, source: Source) -> tuple[Machine, tuple[F
     put the tip elsewhere.
     """
     machine, told = _with_length(machine, source)
-    found = None if machine.setup.stated else _STANDS.match(source.stated(_SETUP) or "")
-    if found is None:
+    values = [] if machine.setup.stated else [float(value) for value in SETUP.read(source)]
+    if not values:
         return machine, told
-    values = [float(value) for value in found.groups()]
     machine = machine.with_setup((values[0], values[1], values[2]), (values[3], values[4], values[5]))
     message = (
         f"the head says where the workpiece stands, at {machine.setup}; if it stands elsewhere, say where"
@@ -79,7 +118,7 @@ def set_up_as_stated(machine: Machine, source: Source) -> tuple[Machine, tuple[F
 
 
 def _with_length(machine: Machine, source: Source) -> tuple[Machine, tuple[Finding, ...]]:
-    length = stated_length(source)
+    length = LENGTH.number(source)
     if length is None or abs(length - machine.tool_length) <= SAME_LENGTH:
         return machine, ()
     if machine.has_tool_length:
@@ -94,71 +133,21 @@ def _with_length(machine: Machine, source: Source) -> tuple[Machine, tuple[Findi
     return machine.with_tool_length(length), (note,)
 
 
-def length_comment(length: float) -> str:
-    """Return the comment on axis words that contain a tool's length, mm."""
-    return f"{_LENGTH}: {length:.9g} mm, contained in the words"
-
-
-def stated_length(source: Source) -> float | None:
-    """Return the tool length that the header says the axis words contain, mm; None where it says none."""
-    found = _CONTAINED.fullmatch(source.stated(_LENGTH) or "")
-    return None if found is None else float(found[1])
-
-
 def table_comment(height: float, *, stated: bool) -> tuple[str, str]:
     """Return name and text of the comment on how high the part stands over the table, mm.
 
     Only a height that somebody stated is read back: an assumed one is found again from the moves.
     """
-    text = f"{height:.7g} mm below the lowest point of the part"
-    return _TABLE, text if stated else f"assumed, at least {text}"
+    text = HEIGHT.form.format(height)
+    return HEIGHT.name, text if stated else f"assumed, at least {text}"
 
 
 def stated_height(source: Source) -> float | None:
     """Return how high the part stands over the table by the header, mm; None where it doesn't state it."""
-    found = _HEIGHT.fullmatch(source.stated(_TABLE) or "")
-    return None if found is None else float(found[1])
-
-
-def control_comment(control: str, coordinates: Coordinates) -> str:
-    """Return the comment on the control, and on what the words are positions of."""
-    return f"{_CONTROL}: {control} {coordinates}"
+    return HEIGHT.number(source)
 
 
 def stated_control(source: Source) -> tuple[str, Coordinates]:
     """Return the control that the header states, empty if none, and the coordinates, by default ``axes``."""
-    name, _, words = (source.stated(_CONTROL) or "").rpartition(" ")
+    name, words = CONTROL.read(source) or ("", "")
     return name, next((known for known in get_args(Coordinates) if known == words), "axes")
-
-
-def degree_comment(degree: float) -> str:
-    """Return the comment on what F counts of a degree where linear axes move, too (`MixedFeed`)."""
-    return f"{_DEGREE}: counts {degree:.9g} in F"
-
-
-def stated_degree(source: Source) -> float | None:
-    """Return what F counts of a degree, if stated."""
-    found = _COUNTED.fullmatch(source.stated(_DEGREE) or "")
-    return None if found is None else float(found[1])
-
-
-def modulo_comment(direction: Wrap, letters: str) -> str:
-    """Return the comment on rotary words from 0 to 360, of axes by letter."""
-    return f"{_WINDING}: modulo {direction} {letters}"
-
-
-def stated_modulo(source: Source) -> tuple[Wrap, str] | None:
-    """Return the direction of rotary words from 0 to 360, and the letters of their axes, if stated."""
-    found = _MODULO.fullmatch(source.stated(_WINDING) or "")
-    return None if found is None else ("signed" if found[1] == "signed" else "shorter", found[2].upper())
-
-
-def positions_comment(frame: Positions) -> str:
-    """Return the comment on the frame of the tip's words."""
-    return f"{_POSITIONS}: {frame}"
-
-
-def stated_positions(source: Source) -> Positions | None:
-    """Return the frame of the tip's words, if stated."""
-    found = source.stated(_POSITIONS)
-    return next((known for known in get_args(Positions) if known == found), None)

@@ -25,7 +25,7 @@ from fiveaxis.job.solution import Solution
 from fiveaxis.model import Interpolation, block_ends, block_times, follow, load_machine, with_powers
 from fiveaxis.model.motion.deviation import WRITTEN_TOLERANCE, path_deviation
 from fiveaxis.nc.control.feed_meaning import program_dialect
-from fiveaxis.nc.own_header import control_comment
+from fiveaxis.nc.own_header import CONTROL
 from fiveaxis.nc.source import load_source
 from fiveaxis.nc.writing.header import comment_lines
 from fiveaxis.posture.solution import AS_PROGRAMMED
@@ -302,7 +302,7 @@ def test_a_program_costs_the_same_whether_or_not_a_comment_names_its_control(nam
     # Before the first line that isn't the begin of a program; the words behind the name are about the tip.
     begin = next(n for n, line in enumerate(text) if line.strip() not in ("", "%"))
     begin += text[begin].startswith(("O", "0 BEGIN"))
-    [line] = comment_lines(control_comment(dialect.name, "tip"), dialect.comment)
+    [line] = comment_lines(CONTROL.write(dialect.name, "tip"), dialect.comment)
     text.insert(begin, f"{begin} {line}" if text[begin][:1].isdigit() else line)
     named = tmp_path / file.name
     named.write_text("\n".join(text), encoding="utf-8")

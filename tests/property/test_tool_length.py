@@ -20,7 +20,7 @@ from fiveaxis.job.reading import make_job
 from fiveaxis.model import Machine, linear_positions, load_machine, save_machine, tool_poses
 from fiveaxis.model.machine.bodies import Box
 from fiveaxis.nc import read_program, read_toolpath
-from fiveaxis.nc.own_header import length_comment
+from fiveaxis.nc.own_header import LENGTH
 from fiveaxis.nc.words import control_values
 
 MACHINES = {
@@ -141,7 +141,7 @@ def test_what_stands_in_the_way_is_found_whichever_way_states_the_length(structu
         suffix, text = write(machine, words, 150.0)
         reports[way] = verified(f"part{suffix}", text, machine)
     # Nobody says the length but the head of a program that contains it.
-    head = [f"({length_comment(150.0)})", *ISO]
+    head = [f"({LENGTH.write(150.0)})", *ISO]
     bare = MACHINES[structure]
     reports["comment"] = verified("own.nc", text_of(words, machine.letters, head), bare)
     found = {way: errors_of(report) for way, report in reports.items()}
@@ -165,7 +165,7 @@ def test_words_that_contain_another_length_than_the_tool_s_are_an_error(tmp_path
     machine = MACHINES["head-table"].with_tool_length(150.0)
     words = control_values(machine, positions_of(machine, (15.0, 30.0)))
     file = tmp_path / "own.nc"
-    file.write_text(text_of(words, machine.letters, [f"({length_comment(150.0)})", *ISO]))
+    file.write_text(text_of(words, machine.letters, [f"({LENGTH.write(150.0)})", *ISO]))
     assert "tool-length-differs" not in fx.verify_program(file, machine).counts
     report = fx.verify_program(file, MACHINES["head-table"].with_tool_length(120.0))
     assert not report.ok

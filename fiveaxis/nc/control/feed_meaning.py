@@ -12,7 +12,7 @@ from fiveaxis.base import Finding, Severity
 from fiveaxis.model import Machine, MoveKind
 from fiveaxis.nc.control.axis_track import Columns, travel_of
 from fiveaxis.nc.languages.choice import ISO, control_of, find_language
-from fiveaxis.nc.own_header import stated_control, stated_degree
+from fiveaxis.nc.own_header import DEGREE, stated_control
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.writing.table_parts import MixedFeed
@@ -60,7 +60,7 @@ class FeedMeaning:
     @classmethod
     def of(cls, source: Source, machine: Machine, dialect: Dialect | None) -> FeedMeaning:
         """Return what a control's table, or the program's header, says."""
-        stated = stated_degree(source)
+        stated = DEGREE.number(source)
         name = control_of(source, find_language(source))
         table = MixedFeed(unknown=f"no table says it for control {name!r}" if name else _NO_CONTROL)
         table = table if dialect is None else dialect.mixed_feed

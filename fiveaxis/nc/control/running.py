@@ -35,7 +35,7 @@ from fiveaxis.nc.languages.choice import ISO, MILLPLUS, control_of, find_languag
 from fiveaxis.nc.languages.increments import LEAST_INCREMENT, has_points, with_points
 from fiveaxis.nc.operations import Work, rows_of
 from fiveaxis.nc.options import ReadOptions
-from fiveaxis.nc.own_header import stated_length
+from fiveaxis.nc.own_header import LENGTH
 from fiveaxis.nc.rows import MILLIMETRES, unit_axes
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.units import Size, Units
@@ -226,7 +226,7 @@ def _run(source: Source, machine: Machine, options: ReadOptions, *, stand_in: bo
         rules=rules,
         control=control,
     )
-    coordinates = Coordinates(machine, offsets, stated_length(source))
+    coordinates = Coordinates(machine, offsets, LENGTH.number(source))
     ignored: Counter[str] = Counter()
     now = _begin(options.start or {}, machine, coordinates.offsets)
     interpreter = Interpreter(

@@ -15,7 +15,7 @@ from fiveaxis.model import BED, Machine, MoveKind, link_poses
 from fiveaxis.nc.control.axis_track import Columns
 from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.options import ReadOptions
-from fiveaxis.nc.own_header import stated_positions
+from fiveaxis.nc.own_header import POSITIONS
 
 # Words that switch TCP on and leave the frame to a parameter of the control.
 OPEN_WORDS = frozenset(("G43.4", "G43.5", "M128"))
@@ -68,8 +68,8 @@ def on_workpiece(tip: Array, columns: Columns, interpreter: Interpreter, options
     carried[known] = carry_to_work(machine, tip[known], positions[known])
     is_open = not interpreter.tip_words.isdisjoint(OPEN_WORDS) and bool(known[columns.of_tip].all())
     readings: dict[Positions, Array] = {"table": tip, "machine": carried}
-    if options.positions is None and (own := stated_positions(interpreter.source)) is not None:
-        return readings[own]
+    if options.positions is None and (own := POSITIONS.read(interpreter.source)):
+        return carried if own[0] == "machine" else tip
     return readings[_choose(readings, columns, known, interpreter, options.positions, is_open=is_open)]
 
 

@@ -17,7 +17,7 @@ from fiveaxis.base import SettingError, Wrap
 from fiveaxis.model import Machine
 from fiveaxis.nc.languages.block import block_error
 from fiveaxis.nc.languages.choice import KLARTEXT, SINUMERIK, Language
-from fiveaxis.nc.own_header import stated_modulo
+from fiveaxis.nc.own_header import MODULO
 from fiveaxis.nc.source import HEAD, Source
 
 # deg
@@ -126,8 +126,8 @@ def find_wrapping(
 
 def _stated(source: Source) -> tuple[Wrap, str] | None:
     """Return the rule and its axis letters from the header of a program written by this package."""
-    if (stated := stated_modulo(source)) is not None:
-        return stated
+    if stated := MODULO.read(source):
+        return "signed" if stated[0] == "signed" else "shorter", stated[1].upper()
     for line, text in enumerate(source.lines[:HEAD], start=1):
         if WRAPPED in text:
             raise block_error(

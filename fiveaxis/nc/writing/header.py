@@ -10,15 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fiveaxis.model import Machine, Setup, assumed_figures
-from fiveaxis.nc.own_header import (
-    CALLERS_READ_BACK,
-    control_comment,
-    degree_comment,
-    length_comment,
-    modulo_comment,
-    positions_comment,
-    setup_comment,
-)
+from fiveaxis.nc.own_header import CALLERS_READ_BACK, CONTROL, DEGREE, LENGTH, MODULO, POSITIONS, SETUP
 from fiveaxis.nc.words import control_value
 from fiveaxis.nc.writing.program_settings import ProgramSettings
 from fiveaxis.nc.writing.table_parts import Comments
@@ -150,15 +142,15 @@ def _zero_note(writer: WordWriter) -> tuple[str, str]:
 def _read_back(writer: WordWriter, winding: str) -> Iterator[str]:
     """Yield the comments that the readers of programs look for."""
     machine, dialect = writer.machine, writer.dialect
-    yield control_comment(dialect.name, writer.coordinates)
+    yield CONTROL.write(dialect.name, writer.coordinates)
     degree = dialect.mixed_feed.degree
     if writer.coordinates == "axes" and writer.mode.feed == "per_minute" and degree is not None:
-        yield degree_comment(degree)
+        yield DEGREE.write(degree)
     letters = "".join(machine.letters[c] for c in counted_columns(machine))
     if winding == "modulo" and dialect.modulo is not None and letters:
-        yield modulo_comment(dialect.modulo.way, letters)
+        yield MODULO.write(dialect.modulo.way, letters)
     if writer.coordinates == "tip" and any(letter in "ABC" for letter in machine.code.table):
-        yield positions_comment(writer.mode.positions)
+        yield POSITIONS.write(writer.mode.positions)
 
 
 def _setup_note(writer: WordWriter) -> list[str]:
@@ -167,7 +159,7 @@ def _setup_note(writer: WordWriter) -> list[str]:
         return []
     turned = writer.coordinates != "axes" and not np.allclose(setup.frame[:3, :3], np.eye(3), atol=1e-12)
     note = "; the work offset must be turned like it" if turned else ""
-    return [setup_comment(setup) + note]
+    return [SETUP.write(*setup.offset, *setup.rotation_deg) + note]
 
 
 def _clamped_notes(machine: Machine) -> list[str]:
@@ -184,7 +176,7 @@ def _length_note(writer: WordWriter) -> tuple[str, str]:
     if writer.coordinates != "axes":
         return f"tool length: words are the tip's, and {adds}: measure it", head
     length = f"tool length {machine.tool_length:g} mm"
-    contained = length_comment(machine.tool_length)
+    contained = LENGTH.write(machine.tool_length)
     if not machine.length_is_along_z:
         text = f"{length}: it isn't always along Z, so it is part of the machine model and the words hold for"
         return f"{text} that tool only; the control adds none", contained

@@ -6,7 +6,7 @@ import pytest
 
 from fiveaxis.model import parse_tool
 from fiveaxis.nc import DIALECTS
-from fiveaxis.nc.own_header import set_up_as_stated, setup_comment, stated_feed, stated_tool, tool_comments
+from fiveaxis.nc.own_header import SETUP, set_up_as_stated, stated_feed, stated_tool, tool_comments
 from fiveaxis.nc.source import load_source
 from fiveaxis.nc.writing.header import comment_lines
 
@@ -42,7 +42,8 @@ def test_what_another_program_says_of_its_tool_is_no_tool_of_ours(tmp_path, text
 def test_the_setup_is_read_as_it_was_written_also_from_a_comment_of_several_lines(tmp_path, control, hayashi):
     there = hayashi.with_setup((-123.456789, 1e-7, 55.0), (0.25, -90.0, 12.5))
     path = tmp_path / "program.nc"
-    lines = comment_lines(f"{setup_comment(there.setup)}; turn the offset", DIALECTS[control].comment)
+    comment = SETUP.write(*there.setup.offset, *there.setup.rotation_deg)
+    lines = comment_lines(f"{comment}; turn the offset", DIALECTS[control].comment)
     path.write_text("\n".join([*lines, "G1 X1"]) + "\n")
     found, [told] = set_up_as_stated(hayashi, load_source(path))
     assert found.setup == there.setup
