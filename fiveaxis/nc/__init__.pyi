@@ -29,6 +29,9 @@ from .operation_facts import OperationFacts as OperationFacts
 from .operation_facts import measure_operations as measure_operations
 from .operation_facts import why_it_stays as why_it_stays
 from .operation_text import OperationText as OperationText
+from .operation_text import Placement as Placement
+from .operation_text import Revision as Revision
+from .operation_text import revised as revised
 from .options import ProgramReading as ProgramReading
 from .options import ReadOptions as ReadOptions
 from .own_header import set_up_as_stated as set_up_as_stated
@@ -47,9 +50,6 @@ from .program import require_program as require_program
 from .program_options import Header as Header
 from .program_options import ProgramOptions as ProgramOptions
 from .revised_words import Reviser as Reviser
-from .revision import Placement as Placement
-from .revision import Revision as Revision
-from .revision import revised as revised
 from .rows import MILLIMETRES as MILLIMETRES
 from .rows import require as require
 from .source import Source as Source
@@ -68,13 +68,13 @@ from .writing.feeds import HELD as HELD
 from .writing.feeds import lowest_speed as lowest_speed
 from .writing.header import comment_lines as comment_lines
 from .writing.program_settings import ProgramSettings as ProgramSettings
+from .writing.program_settings import stated_settings as stated_settings
+from .writing.program_settings import with_stated as with_stated
 from .writing.start_and_end import RequiredTechnology as RequiredTechnology
 from .writing.start_and_end import StartAndEnd as StartAndEnd
 from .writing.start_and_end import cancelled_by as cancelled_by
 from .writing.start_and_end import usual_words as usual_words
 from .writing.start_and_end import usually_cancelled as usually_cancelled
-from .writing.stated import stated_settings as stated_settings
-from .writing.stated import with_stated as with_stated
 from .writing.tables import DIALECTS as DIALECTS
 from .writing.tables import find_dialect as find_dialect
 from .writing.word_writer import WordWriter as WordWriter

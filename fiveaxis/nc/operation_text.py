@@ -1,14 +1,15 @@
-"""An operation of a program beside its text, which can be given other postures."""
+"""An operation of a program beside its text, which can be given other postures: lines in place of its own."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
-from fiveaxis.base import BoolArray
+from fiveaxis.base import Array, BoolArray, IntArray
 from fiveaxis.model import Machine, MoveKind, Operation, Toolpath
 from fiveaxis.nc.control.axis_track import Columns
 from fiveaxis.nc.control.interpreter import Interpreter
@@ -16,10 +17,65 @@ from fiveaxis.nc.control.running import run_program, take_operation
 from fiveaxis.nc.formats import suffix_of
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.program import Program
-from fiveaxis.nc.revision import Revision
 from fiveaxis.nc.source import Source, with_lines
 from fiveaxis.nc.writing.start_and_end import NO_ROW
 from fiveaxis.nc.writing.word_writer import WordWriter
+
+
+@dataclass(frozen=True, eq=False)
+class Revision:
+    """Lines in place of those of a program.
+
+    Parameters
+    ----------
+    source : the program
+    replaced : line -> the lines in its place
+    row_lines : for each new position, its line among all new lines, from 1
+    first, last : lines of the program between which positions differ from what they were
+    """
+
+    source: Source
+    replaced: Mapping[int, tuple[str, ...]]
+    row_lines: IntArray
+    first: int
+    last: int
+
+    @cached_property
+    def revised(self) -> Source:
+        """The program with its new lines."""
+        return revised(self.source, self.replaced)
+
+    @cached_property
+    def begins(self) -> IntArray:
+        """(n + 1,), where each line of the program begins in the revised one, from 1, and where it ends."""
+        counts = [len(self.replaced.get(line + 1, ("",))) for line in range(len(self.source.lines))]
+        return np.concatenate([[1], 1 + np.cumsum(counts)])
+
+
+def revised(source: Source, replaced: Mapping[int, tuple[str, ...]]) -> Source:
+    """Return a program with other lines in place of some of its own."""
+    lines = [
+        text for number, own in enumerate(source.lines, start=1) for text in replaced.get(number, (own,))
+    ]
+    return replace(source, lines=lines)
+
+
+@dataclass(frozen=True, eq=False)
+class Placement:
+    """Where the axes are to be at the locations of an operation's cuts, and at those between them.
+
+    Parameters
+    ----------
+    row : (m,), rows of the operation's path: 3.25 is between 3 and 4
+    tip : (m, 3), mm, in the frame of the path
+    rotary : (m, r), rad, chain order
+    time : (m,), s, of the move to each
+    """
+
+    row: Array
+    tip: Array
+    rotary: Array
+    time: Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,8 +16,7 @@ from fiveaxis.base import Array, BoolArray, IntArray, ToolpathError
 from fiveaxis.model import MoveKind, Toolpath, linear_positions, tool_axes, tool_poses
 from fiveaxis.nc.control.axis_track import travel_of
 from fiveaxis.nc.languages.choice import KLARTEXT, find_language
-from fiveaxis.nc.operation_text import OperationText
-from fiveaxis.nc.revision import Placement, Revision
+from fiveaxis.nc.operation_text import OperationText, Placement, Revision
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.words import control_values, format_number
 

@@ -18,9 +18,9 @@ from fiveaxis.nc.control.modal import DrillingCycle, Modes
 from fiveaxis.nc.control.technology import DEFAULT_OFFSET
 from fiveaxis.nc.control.wrapping import Wrapping
 from fiveaxis.nc.languages.block import Block, BlockError, Triple
+from fiveaxis.nc.operations import Unread
 from fiveaxis.nc.rows import LARGEST_POSITION, MILLIMETRES
 from fiveaxis.nc.source import Source
-from fiveaxis.nc.unread import Unread
 
 CUT, RAPID = int(MoveKind.CUT), int(MoveKind.RAPID)
 

@@ -21,8 +21,7 @@ from fiveaxis.nc.control.technology import (
     selected_offset,
 )
 from fiveaxis.nc.languages.block import Block, BlockError
-from fiveaxis.nc.languages.iso import TIP_WORDS
-from fiveaxis.nc.languages.iso_frames import FRAME_WORDS
+from fiveaxis.nc.languages.iso import FRAME_WORDS, TIP_WORDS
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.units import Units
 from fiveaxis.nc.writing.table_parts import Cycles

@@ -1,25 +1,25 @@
-"""What the control of a program does by its own rules, and what of the program it reads differently.
+"""What the control of a program does by its own rules, and what of the program it reads otherwise or refuses.
 
 The rules are those of the control's table (`ReadingRules`). Where nothing tells the control, they are those
-of every control that the file may be for, and what these do differently is told with both readings.
+of every control that the file may be for, and what these do differently is told with both readings: also axis
+words without a decimal point, which many controls read as multiples of their increment.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from fiveaxis.base import Finding, Severity
 from fiveaxis.model import MoveKind
 from fiveaxis.nc.control.axis_track import Columns
-from fiveaxis.nc.languages.choice import ISO, LANGUAGES, find_language, moves, tape_end
-from fiveaxis.nc.languages.increments import LEAST_ANGLE, first_whole_word, has_points
+from fiveaxis.nc.languages.choice import ISO, KLARTEXT, LANGUAGES, bare_code, find_language, moves, tape_end
 from fiveaxis.nc.languages.macro import compact_code
 from fiveaxis.nc.source import Source
-from fiveaxis.nc.writing.table_parts import ReadingRules
+from fiveaxis.nc.writing.table_parts import Counted, ReadingRules
 from fiveaxis.nc.writing.tables import DIALECTS, Dialect
 
 # Key of the table -> what is read where nothing says otherwise, and the words that would.
@@ -171,3 +171,109 @@ class ControlRules:
                     told += [] if sure else [f"a control that ends it at the first ) reads {rest!r} as words"]
                     if sure or rest.strip("()"):
                         yield key, line, f"{what}: {' and '.join(told)}"
+
+
+Told = tuple[str, Severity, str]
+
+_COUNTED: dict[str, Counted] = {"T": "tool_number", "S": "spindle_rpm", "H": "length_offset"}
+# Other lines have nothing to look at.
+_WORTH = re.compile("[TSHPtshp(;]")
+_NUMBERS = re.compile(r"(?<![A-Z0-9_.\[#<$])([TSH]) *([0-9]+(?:\.[0-9]*)?)")
+_TOOL_CALL = re.compile(r"(TOOL CALL|(?<![A-Z0-9])S) *([0-9]+(?:\.[0-9]*)?)")
+# Work offsets beyond the first six, of Fanuc and Haas.
+_OFFSET = re.compile(r"(?<![A-Z0-9])(G *54\.1|G *154) *P *([0-9]+)")
+_TEXT_OF_COMMENT = re.compile(r"\(([^()]*)|;(.*)")
+
+
+def beyond_table(source: Source, dialect: Dialect) -> Iterator[Finding]:
+    """Report lines that the control refuses, or on whose comments it acts: the first of each kind."""
+    told: set[str] = set()
+    numbers = _TOOL_CALL if find_language(source) == KLARTEXT else _NUMBERS
+    for line, text in enumerate(source.lines, start=1):
+        if len(text) <= dialect.longest and not _WORTH.search(text):
+            continue
+        for kind, severity, message in _beyond(text, dialect, numbers):
+            if kind not in told:
+                told.add(kind)
+                yield source.finding(severity, "beyond-control", message, line)
+
+
+def _beyond(text: str, dialect: Dialect, numbers: re.Pattern[str]) -> Iterator[Told]:
+    """Find what in a line the control doesn't take, by kind."""
+    whose = dialect.short_title
+    if len(text) > dialect.longest:
+        what = f"{len(text)} characters, more than the {dialect.longest} of a line of {whose}; divide it"
+        yield "line", Severity.WARNING, what
+    for comment in _TEXT_OF_COMMENT.finditer(text):
+        yield from _commented(comment[1] or comment[2] or "", dialect)
+    code = bare_code(text.upper())
+    for word, number in numbers.findall(code):
+        most = dialect.most.get(_COUNTED[word[0]])
+        if most is not None and float(number) > most:
+            what = f"{word} {number} is above {most:g}, the most of {whose}; correct it"
+            yield word, Severity.WARNING, what
+    if (offset := _OFFSET.search(code)) and dialect.work_offsets:
+        name = f"{offset[1].replace(' ', '')} P{offset[2]}"
+        if not re.fullmatch(dialect.work_offsets, name):
+            yield "offset", Severity.WARNING, f"{name} is no work offset of {whose}; correct it"
+
+
+def _commented(comment: str, dialect: Dialect) -> Iterator[Told]:
+    """Find what a comment does all the same."""
+    whose, form = dialect.short_title, dialect.comment
+    for sign in sorted(set(form.forbidden) & set(comment)):
+        what = f"{sign} in a comment ends the text, or continues the line, on {whose}; leave it out"
+        yield sign, Severity.WARNING, what
+    word, comma, _ = comment.partition(",")
+    does = form.active.get(word.strip().lower()) if comma else None
+    if does == "stops":
+        what = f"({comment.strip()}) isn't a comment: {whose} stops the program here; leave it out"
+        yield "stops", Severity.ERROR, what
+    elif does == "runs":
+        what = f"({comment.strip()}) isn't a comment: {whose} runs it, and what it does isn't read"
+        yield "runs", Severity.WARNING, what
+
+
+# Unit of lengths -> least input increment of most controls (IS-B).
+LEAST_INCREMENT = {"mm": 0.001, "inch": 0.0001}
+# deg, of angles in either unit.
+LEAST_ANGLE = 0.001
+
+_COMMENT = re.compile(r"(\([^)]*\)|;.*)")
+_WITH_POINT = re.compile(r"(?<![A-Z])[XYZABCUVW] *[-+]?[0-9]*\.", re.IGNORECASE)
+_WITHOUT = re.compile(r"(?<![A-Z])([XYZABCUVWIJKR]) *([-+]?[0-9]+)(?![0-9.])", re.IGNORECASE)
+_FEED_WITHOUT = re.compile(r"(?<![A-Z])(F) *([0-9]+)(?![0-9.])", re.IGNORECASE)
+
+
+def has_points(source: Source) -> bool:
+    """Check whether any axis word of a program has a decimal point."""
+    return any(_WITH_POINT.search(_COMMENT.sub("", line)) for line in source.lines)
+
+
+def first_whole_word(source: Source, *, feed: bool = False) -> tuple[int, str] | None:
+    """Return the line and the text of the first axis word, or F, without a decimal point, other than 0."""
+    pattern = _FEED_WITHOUT if feed else _WITHOUT
+    for number, line in enumerate(source.lines, start=1):
+        for word in pattern.finditer(_COMMENT.sub("", line)):
+            if int(word[2]):
+                return number, "".join(word[0].split())
+    return None
+
+
+def with_points(source: Source, increment: float) -> Source:
+    """Return a program with the points that its axis words lack.
+
+    Parameters
+    ----------
+    increment : what 1 means, in the program's unit and in deg; angles have `LEAST_ANGLE` for a smaller one
+    """
+
+    def point(word: re.Match[str]) -> str:
+        step = max(increment, LEAST_ANGLE) if word[1].upper() in "ABC" else increment
+        return f"{word[1]}{int(word[2]) * step:.6f}"
+
+    lines = (
+        "".join(part if i % 2 else _WITHOUT.sub(point, part) for i, part in enumerate(_COMMENT.split(line)))
+        for line in source.lines
+    )
+    return replace(source, lines=list(lines)) if increment != 1.0 else source

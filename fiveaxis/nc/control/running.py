@@ -19,9 +19,15 @@ from fiveaxis.nc.control.feed_meaning import dialect_of
 from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.machine_functions import MachineFunctions
 from fiveaxis.nc.control.modal import Modes
-from fiveaxis.nc.control.reading_rules import TAKEN, ControlRules
+from fiveaxis.nc.control.reading_rules import (
+    LEAST_INCREMENT,
+    TAKEN,
+    ControlRules,
+    beyond_table,
+    has_points,
+    with_points,
+)
 from fiveaxis.nc.control.skipped_blocks import note_skipped
-from fiveaxis.nc.control.table_bounds import beyond_table
 from fiveaxis.nc.control.technology import (
     DEFAULT_OFFSET,
     OF_TOOL,
@@ -32,14 +38,12 @@ from fiveaxis.nc.control.technology import (
 from fiveaxis.nc.control.wrapping import find_wrapping
 from fiveaxis.nc.control.zero_evidence import depends_on_zero, judge_zero
 from fiveaxis.nc.languages.choice import ISO, MILLPLUS, control_of, find_language, leader_length, tape_end
-from fiveaxis.nc.languages.increments import LEAST_INCREMENT, has_points, with_points
-from fiveaxis.nc.operations import Work, rows_of
+from fiveaxis.nc.operations import Work, read_around, rows_of, uncertain_after
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.own_header import LENGTH
 from fiveaxis.nc.rows import MILLIMETRES, unit_axes
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.units import Size, Units
-from fiveaxis.nc.unread import read_around, uncertain_after
 
 # Rotary words of programs in radians: a quarter turn, a whole one, and rounding to 4 decimals.
 QUARTER, TURN, SAME_QUARTER = math.pi / 2.0, 2.0 * math.pi, 6e-5

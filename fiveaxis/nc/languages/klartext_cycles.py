@@ -11,8 +11,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from fiveaxis.nc.languages.block import IS_CYCLE, BlockError
-from fiveaxis.nc.languages.holes import Hole
+from fiveaxis.nc.languages.block import IS_CYCLE, BlockError, Hole
 
 
 @dataclass(frozen=True)

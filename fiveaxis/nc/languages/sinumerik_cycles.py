@@ -12,8 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fiveaxis.nc.languages.block import BlockError
-from fiveaxis.nc.languages.holes import Hole
+from fiveaxis.nc.languages.block import BlockError, Hole
 from fiveaxis.nc.languages.planes import AXES, Plane, turns
 
 # Argument of a call: a number, a text, or None if empty.

@@ -13,9 +13,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fiveaxis.nc.languages.block import IS_CYCLE, IS_JUMP, Block, BlockError, FrameChange, reasons
+from fiveaxis.nc.languages.block import IS_CYCLE, IS_JUMP, Block, BlockError, FrameChange, Hole, reasons
 from fiveaxis.nc.languages.expressions import evaluate
-from fiveaxis.nc.languages.holes import Hole
 from fiveaxis.nc.languages.planes import AXES, CoordinateState, Plane, turns
 from fiveaxis.nc.languages.sinumerik_cycles import HOLES, Swivel
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 import re
 
 from fiveaxis.base import Severity
-from fiveaxis.nc.languages.block import SPINDLE_M, BlockError, m_number, number_of, put_word
+from fiveaxis.nc.languages.block import SPINDLE_M, BlockError, Hole, m_number, number_of, put_word
 from fiveaxis.nc.languages.expressions import evaluate, evaluate_prefix
-from fiveaxis.nc.languages.holes import Hole
 from fiveaxis.nc.languages.planes import AXES, Statement
 from fiveaxis.nc.languages.sinumerik_cycles import (
     HOLES,

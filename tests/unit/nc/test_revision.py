@@ -10,10 +10,9 @@ from support.shop_programs import SHOPS
 import fiveaxis as fx
 from fiveaxis.base.errors import ToolpathError
 from fiveaxis.model import tool_axes
-from fiveaxis.nc.operation_text import OperationText
+from fiveaxis.nc.operation_text import OperationText, Placement
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.revised_words import Reviser
-from fiveaxis.nc.revision import Placement
 from fiveaxis.nc.source import load_source, with_lines
 
 BALL = fx.Tool.ball(6)
