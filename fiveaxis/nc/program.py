@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,7 @@ from fiveaxis.base import (
 )
 from fiveaxis.model import STANDSTILL, Machine, Motion, ProgramMotion
 from fiveaxis.nc.control.program_reader import ReadMotion
-from fiveaxis.nc.words import feed_text, fill_formats
+from fiveaxis.nc.words import feed_text
 from fiveaxis.nc.writing.blocks import block_lines
 from fiveaxis.nc.writing.feeds import SECONDS
 from fiveaxis.nc.writing.header import Note, head_lines, machine_notes
@@ -351,38 +351,25 @@ def location_lines(motion: Motion, writer: WordWriter, header: Sequence[str]) ->
     return [*header, COLUMNS, *_points(motion, writer, values)]
 
 
-def _apt(motion: Motion, writer: WordWriter, values: Array) -> list[str]:
+def _apt(motion: Motion, writer: WordWriter, values: Array) -> Iterator[str]:
     """Write GOTO for each location, FEDRAT where the feed changes, RAPID before each rapid move."""
-    goto = "GOTO/" + ",".join(f"%.{int(d)}f" for d in writer.decimals)
-    rapid = motion.rapid
-    texts = _feeds(motion, writer)
-    formats, now = [], ""
-    for is_rapid, feed in zip(rapid.tolist(), texts, strict=True):
+    goto, now = "GOTO/" + ",".join(f"%.{int(d)}f" for d in writer.decimals), ""
+    for row, is_rapid, feed in zip(values.tolist(), motion.rapid, _feeds(motion, writer), strict=True):
         if is_rapid:
-            formats.append(f"RAPID\n{goto}")
+            yield "RAPID"
         elif feed != now:
-            formats.append(f"FEDRAT/{feed},MMPM\n{goto}")
+            yield f"FEDRAT/{feed},MMPM"
             now = feed
-        else:
-            formats.append(goto)
-    return _filled(formats, values)
+        yield goto % tuple(row)
 
 
-def _points(motion: Motion, writer: WordWriter, values: Array) -> list[str]:
-    row = ",".join(f"%.{int(d)}f" for d in writer.decimals)
-    kinds = [f"{int(cut)},{int(rapid)}" for cut, rapid in zip(motion.cutting, motion.rapid, strict=True)]
-    formats = [f"{row},{feed},{kind}" for feed, kind in zip(_feeds(motion, writer), kinds, strict=True)]
-    return _filled(formats, values)
-
-
-def _filled(formats: list[str], values: Array) -> list[str]:
-    kept = np.ones(values.shape, dtype=bool)
-    return [line for text in fill_formats(formats, values, kept) for line in text.split("\n")]
+def _points(motion: Motion, writer: WordWriter, values: Array) -> Iterator[str]:
+    point = ",".join(f"%.{int(d)}f" for d in writer.decimals)
+    kinds = zip(motion.cutting.astype(int), motion.rapid.astype(int), strict=True)
+    for row, feed, (cut, rapid) in zip(values.tolist(), _feeds(motion, writer), kinds, strict=True):
+        yield f"{point % tuple(row)},{feed},{cut},{rapid}"
 
 
 def _feeds(motion: Motion, writer: WordWriter) -> list[str]:
-    """Format the feed of each location, mm/min; few are different."""
-    form = writer.dialect.feed["per_minute"]
-    values, owner = np.unique(motion.feed * SECONDS, return_inverse=True)
-    texts = [feed_text(value, form) for value in values.tolist()]
-    return [texts[i] for i in owner.reshape(-1).tolist()]
+    """Format the feed of each location, mm/min."""
+    return [feed_text(feed, writer.dialect.feed["per_minute"]) for feed in (motion.feed * SECONDS).tolist()]

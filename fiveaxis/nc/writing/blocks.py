@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 
 from fiveaxis.base import Array, BoolArray, Finding, IntArray, ToolpathError
 from fiveaxis.model import STANDSTILL, Machine, Motion
-from fiveaxis.nc.words import feed_formats, fill_formats
+from fiveaxis.nc.words import feed_text
 from fiveaxis.nc.writing.feeds import (
     feed_form,
     feeds_of,
@@ -73,11 +75,9 @@ def block_lines(
     steps = np.diff(plain, axis=0, prepend=plain[:1])
     moved = (steps[:, writer.is_linear] != 0.0).any(axis=1)
     kept = words.kept & (moved[:, None] | ~writer.is_linear)
-    templates = modulo_templates(writer, winding)
     feeds = np.where(moves.rapid, np.nan, feeds)
-    texts = _texts(words, kept, feeds, stated_rows(feeds, moves.kind, writer), writer, templates)
-    owned = zip(texts, moves.row[1:].tolist(), strict=True)
-    lines = [(line, row) for text, row in owned for line in text.split("\n")]
+    texts = _texts(words, kept, feeds, stated_rows(feeds, moves.kind, writer), writer, winding)
+    lines = [(line, row) for row, text in zip(moves.row[1:].tolist(), texts, strict=True) for line in text]
     notes = note_floor(plain, raised, moves, writer) + note_rounding(wanted, feeds, moves, writer)
     return lines, dropped, notes
 
@@ -168,49 +168,19 @@ def _require_numbers(values: Array, moves: Moves, motion: Motion, writer: WordWr
 
 
 def _texts(
-    words: Words,
-    kept: BoolArray,
-    feeds: Array,
-    stated: BoolArray,
-    writer: WordWriter,
-    templates: list[str | None],
-) -> list[str]:
-    """Write the block of each row but the first, after the lines of `words.before`.
+    words: Words, kept: BoolArray, feeds: Array, stated: BoolArray, writer: WordWriter, winding: str
+) -> Iterator[list[str]]:
+    """Write the lines of each row but the first: its block, after that of `words.before`.
 
     Feeds, (m,), are NaN in rapid moves; `stated`, (m,), is whether the block states its feed.
     """
-    if len(feeds) < 2:
-        return []
-    rapid = np.isnan(feeds[1:])
-    by_feed = feed_formats(np.where(rapid, 1.0, feeds[1:]), feed_form(writer))
-    by_feed = [text if states else "" for states, text in zip(stated[1:].tolist(), by_feed, strict=True)]
-    formats = _formats(kept[1:], by_feed, rapid, writer, templates)
-    for row, block in words.before.items():
-        formats[row - 1] = f"{block.replace('%', '%%')}\n{formats[row - 1]}"
-    plain = np.array([text[:1] == "%" for text in by_feed])
-    values = np.column_stack([words.values[1:], feeds[1:]])
-    return list(fill_formats(formats, values, np.column_stack([kept[1:], plain])))
-
-
-def _formats(
-    kept: BoolArray, feeds: list[str], rapid: BoolArray, writer: WordWriter, templates: list[str | None]
-) -> list[str]:
-    """Return the ``%`` format of every row, (m,); few are different.
-
-    Feeds, (m,), are formats of F, empty where it isn't stated.
-    """
-    words = writer.formats(templates)
-    linear = writer.linear.replace("%", "%%")
+    form, numbers = feed_form(writer), writer.formats(modulo_templates(writer, winding))
+    texts = [feed_text(f, form) if s else "" for f, s in zip(feeds.tolist(), stated.tolist(), strict=True)]
+    linear, quick = writer.linear, writer.mode.rapid or writer.dialect.rapid
     feedless = _FEED_WORD.sub("", linear)
-    quick = (writer.mode.rapid or writer.dialect.rapid).replace("%", "%%")
-    patterns, owner = np.unique(kept, axis=0, return_inverse=True)
-    made: dict[tuple[int, str, bool], str] = {}
-    joined = [" ".join(w for w, keep in zip(words, pattern, strict=True) if keep) for pattern in patterns]
-    formats = []
-    for key in zip(owner.reshape(-1).tolist(), feeds, rapid.tolist(), strict=True):
-        pattern, feed, is_rapid = key
-        if key not in made:
-            template = quick if is_rapid else linear if feed else feedless
-            made[key] = template.format(words=joined[pattern], feed=feed)
-        formats.append(made[key])
-    return formats
+    rows = zip(words.values.tolist(), kept.tolist(), texts, np.isnan(feeds).tolist(), strict=True)
+    for row, (values, written, feed, is_rapid) in enumerate(islice(rows, 1, None), start=1):
+        template = quick if is_rapid else linear if feed else feedless
+        shown = " ".join([n % v for n, v, keep in zip(numbers, values, written, strict=True) if keep])
+        block = template.format(words=shown, feed=feed)
+        yield [*words.before.get(row, "").splitlines(), *block.split("\n")]

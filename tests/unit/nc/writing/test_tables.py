@@ -86,6 +86,12 @@ def test_a_percent_sign_of_a_table_is_written_as_it_is(table, hayashi):
     assert "G1 X0.0000 Y0.5000 Z0.0000 A0.0000 C0.0000%s F60.000 (50% s)" in lines
 
 
+def test_the_feed_may_stand_before_the_words(table, hayashi):
+    path = table('based_on = "fanuc"\nlinear = "F{feed} G1 {words}"\n')
+    lines = compose_program(motion(), machine=hayashi, control=path).lines
+    assert "F60.000 G1 X0.0000 Y0.5000 Z0.0000 A0.0000 C0.0000" in lines
+
+
 def test_a_table_that_is_not_there_is_named(tmp_path):
     with pytest.raises(SettingError, match=r"gone.toml: no such file"):
         find_dialect(tmp_path / "gone.toml")
