@@ -65,7 +65,7 @@ def on_workpiece(tip: Array, columns: Columns, interpreter: Interpreter, options
     if not known.any():
         return tip
     carried = tip.copy()
-    carried[known] = carry_to_work(machine, tip[known], positions[known])
+    carried[known] = carried_points(machine, tip[known], positions[known], to_work=True)
     is_open = not interpreter.tip_words.isdisjoint(OPEN_WORDS) and bool(known[columns.of_tip].all())
     readings: dict[Positions, Array] = {"table": tip, "machine": carried}
     if options.positions is None and (own := POSITIONS.read(interpreter.source)):
@@ -73,27 +73,18 @@ def on_workpiece(tip: Array, columns: Columns, interpreter: Interpreter, options
     return readings[_choose(readings, columns, known, interpreter, options.positions, is_open=is_open)]
 
 
-def carry_to_work(machine: Machine, points: Array, positions: Array) -> Array:
-    """Convert points that stay in the machine while the table turns to the workpiece frame.
+def carried_points(machine: Machine, points: Array, positions: Array, *, to_work: bool) -> Array:
+    """Convert points that stay in the machine while the table turns to the workpiece frame, or back.
 
     Parameters
     ----------
-    points : (n, 3), mm, in the workpiece frame with every axis at 0
+    points : (n, 3), mm, in the workpiece frame, of the machine with every axis at 0
     positions : (n, k), axis values; those of linear axes don't matter
 
     Returns
     -------
-    (n, 3), mm, workpiece frame
+    (n, 3), mm
     """
-    return _carried(machine, points, positions, to_work=True)
-
-
-def carry_to_machine(machine: Machine, points: Array, positions: Array) -> Array:
-    """Convert points of the workpiece back, as `carry_to_work` has them."""
-    return _carried(machine, points, positions, to_work=False)
-
-
-def _carried(machine: Machine, points: Array, positions: Array, *, to_work: bool) -> Array:
     values = positions.copy()
     values[:, machine.linear_columns] = 0.0
     carried = np.empty_like(points)

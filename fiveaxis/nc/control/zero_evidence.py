@@ -13,6 +13,7 @@ from fiveaxis.model import Machine, MoveKind, linear_positions, tool_poses
 from fiveaxis.nc.control.axis_track import Columns, Counting
 from fiveaxis.nc.own_header import stated_control
 from fiveaxis.nc.source import Source
+from fiveaxis.nc.words import control_values
 
 # A zero from which the cuts that turn are shorter by this factor is the one that was meant.
 CLEARLY = 2.0
@@ -31,17 +32,14 @@ def judge_zero(source: Source, columns: Columns) -> tuple[dict[str, float], Find
     is by this package, whose words count from the machine model's zero. An empty zero is the machine model's.
     """
     machine, turns = columns.machine, np.abs(np.diff(columns.values, axis=0))
-    rotary, linear = machine.rotary_columns, _linear(machine)
     cuts = (columns.kinds[1:] == MoveKind.CUT) & ~columns.of_tip[1:] & ~columns.of_tip[:-1]
-    cuts &= (np.nan_to_num(turns[:, rotary]) > LEAST_TURN).any(axis=1)
+    cuts &= (np.nan_to_num(turns[:, machine.rotary_columns]) > LEAST_TURN).any(axis=1)
     if not cuts.any() or not depends_on_zero(source, columns):
         return None
-    home = _home(_zeroed(columns))
-    positions = columns.positions()
-    shifted = positions.copy()
-    shifted[:, linear] += home
-    of_model, of_part = _steps(machine, positions)[cuts], _steps(machine, shifted)[cuts]
-    zero = {c: float(v) for c, v in zip("XYZ", _shown(machine, linear, home), strict=True)}
+    positions, shift = columns.positions(), shift_to_part(columns)
+    of_model, of_part = _steps(machine, positions)[cuts], _steps(machine, positions + shift)[cuts]
+    shown = control_values(machine, shift).tolist()
+    zero = {letter: shown[machine.column(letter)] for letter in "XYZ"}
     written = ",".join(f"{c}{v:.10g}" for c, v in zero.items())
     figures = (
         f"over the {int(cuts.sum())} cuts that turn, the tip goes {of_model.sum():.6g} mm (longest step "
@@ -63,41 +61,24 @@ def depends_on_zero(source: Source, columns: Columns) -> bool:
 
     A program by this package counts from the machine model's.
     """
-    if len(_linear(columns.machine)) < 3 or stated_control(source)[0]:
+    if not set("XYZ") <= set(columns.machine.letters) or stated_control(source)[0]:
         return False
-    home = _home(_zeroed(columns))
-    return bool(np.isfinite(home).all() and np.abs(home).max() > SAME)
+    shift = shift_to_part(columns)
+    return bool(np.isfinite(shift).all() and np.abs(shift).max() > SAME)
 
 
 def shift_to_part(columns: Columns) -> Array:
-    """Return what to add to axis values, (k,) mm, if their words count from the workpiece's zero."""
-    shift = np.zeros(len(columns.machine.axes))
-    shift[_linear(columns.machine)] = _home(_zeroed(columns))
-    return shift
+    """Return what to add to axis values, (k,) mm, if their words count from the workpiece's zero.
 
-
-def _linear(machine: Machine) -> list[int]:
-    return [machine.column(c) for c in "XYZ" if c in machine.letters]
-
-
-def _zeroed(columns: Columns) -> Machine:
-    """Return the machine whose home the words' zero is: without the length that the control adds to them."""
-    adds = bool((columns.counting == Counting.COMPENSATED).any())
-    return columns.machine.with_tool_length(0.0) if adds else columns.machine
-
-
-def _home(machine: Machine) -> Array:
-    """Return where X, Y and Z are when the tip is at the workpiece's zero and the rotary axes are at 0."""
-    rotary = np.zeros((1, len(machine.rotary_columns)))
-    return linear_positions(machine, np.zeros((1, 3)), rotary)[0, _linear(machine)]
+    That is where the axes are when the tip is at it and the rotary ones are at 0, by the machine without the
+    length that the control adds to the words.
+    """
+    machine, adds = columns.machine, bool((columns.counting == Counting.COMPENSATED).any())
+    bare = machine.with_tool_length(0.0) if adds else machine
+    return linear_positions(bare, np.zeros((1, 3)), np.zeros((1, len(bare.rotary_columns))))[0]
 
 
 def _steps(machine: Machine, positions: Array) -> Array:
     """Return the tip's steps, (n - 1,) mm."""
     tip, _ = tool_poses(machine, positions)
     return np.asarray(np.linalg.norm(np.diff(tip, axis=0), axis=1))
-
-
-def _shown(machine: Machine, columns: list[int], values: Array) -> Array:
-    """Return axis values of linear axes in the control's own sign."""
-    return values * [-1.0 if machine.axes[column].reversed else 1.0 for column in columns]

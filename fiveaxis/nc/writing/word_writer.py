@@ -10,7 +10,7 @@ import numpy as np
 
 from fiveaxis.base import Array, BoolArray, Coordinates, MachineError, SettingError
 from fiveaxis.model import Interpolation, Machine, singular_angles, tool_poses
-from fiveaxis.nc.control.tip_frames import carry_to_machine
+from fiveaxis.nc.control.tip_frames import carried_points
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.words import control_values, rounded
 from fiveaxis.nc.writing.table_parts import Mode
@@ -86,7 +86,7 @@ class WordWriter:
             return shown * self.scale
         tip, axis = tool_poses(self.machine, positions)
         if self.mode.positions == "machine":
-            tip = carry_to_machine(self.machine, tip, positions)
+            tip = carried_points(self.machine, tip, positions, to_work=False)
         if self.coordinates == "vector":
             if self.dialect.language == "blocks":  # lists don't depend on a machine
                 axis = self._inside_ends(positions, axis)

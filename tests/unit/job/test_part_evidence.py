@@ -7,7 +7,7 @@ import trimesh
 from fiveaxis.job import make_job
 from fiveaxis.job.loading import load_job_toolpath
 from fiveaxis.model import tool_axes
-from fiveaxis.nc.control.tip_frames import carry_to_work
+from fiveaxis.nc.control.tip_frames import carried_points
 
 
 @pytest.fixture
@@ -60,9 +60,9 @@ def test_the_frame_in_which_the_cutter_touches_the_part_is_taken(slanted):
 
 
 def _frame(machine, row, tip, home):
-    """Matrix and right side of carry_to_work(p) = tip for one row."""
+    """Matrix and right side of carried_points(p) = tip for one row."""
     points = np.vstack([np.zeros(3), np.eye(3)])
-    carried = carry_to_work(machine, points, np.repeat(row[None], 4, axis=0))
+    carried = carried_points(machine, points, np.repeat(row[None], 4, axis=0), to_work=True)
     return (carried[1:] - carried[0]).T, tip - carried[0]
 
 
