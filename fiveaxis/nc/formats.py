@@ -147,11 +147,6 @@ def holds_path(path: Path) -> bool:
         return False
 
 
-def lists_locations(source: Source) -> bool:
-    """Check whether a file is a list of cutter locations, which names no axes."""
-    return kind_of(source) in ("apt", "points")
-
-
 Reader = Callable[[Source, ReadOptions], Toolpath]
 
 READERS: dict[Kind, Reader] = {

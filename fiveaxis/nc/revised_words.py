@@ -79,11 +79,6 @@ def words_of(line: str) -> Iterator[re.Match[str]]:
     return (match for match in _WORD.finditer(line) if match["name"] is not None)
 
 
-def names_of(line: str) -> set[str]:
-    """Return the names of a line's words."""
-    return {match["name"].upper() for match in words_of(line)}
-
-
 def g_word(line: str, numbers: tuple[float, ...]) -> re.Match[str] | None:
     """Return the first G word of a line with one of some numbers."""
     found = (match for match in words_of(line) if match["name"].upper() == "G")
@@ -502,7 +497,8 @@ class Reviser:
         columns, last = self.text.columns, self.text.cuts.stop - 1
         row, named = last, set[str]()
         for at in range(last + 1, len(columns.lines)):
-            own = names_of(self.source.lines[int(columns.lines[at]) - 1])
+            text = self.source.lines[int(columns.lines[at]) - 1]
+            own = {match["name"].upper() for match in words_of(text)}
             same = columns.counting[at] == self.rows.counting[0] and columns.kinds[at] == MoveKind.RAPID
             if not same or own.intersection(self._turning) or columns.lines[at] == columns.lines[at - 1]:
                 break

@@ -26,7 +26,7 @@ from fiveaxis.nc.control.program_reader import GIVES_DIRECTIONS, NAMES_NO_AXES, 
 from fiveaxis.nc.control.program_toolpath import path_of_run
 from fiveaxis.nc.control.running import run_program, take_operation
 from fiveaxis.nc.control.technology import TechnologyTrack
-from fiveaxis.nc.formats import completed_path, kind_of, lists_locations, read_path_of
+from fiveaxis.nc.formats import completed_path, kind_of, read_path_of
 from fiveaxis.nc.motion_table import read_motion_table
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.program import Program
@@ -225,7 +225,7 @@ def _load(
     source = options.of_language(source)
     # The tip alone stands for an unknown tool.
     stand_in = replace(options, stand_in=Tool.ball(POINT))
-    if lists_locations(source):
+    if kind_of(source) in ("apt", "points"):
         assumed = source.finding(Severity.WARNING, "angles-assumed", f"it {NAMES_NO_AXES}, {_NEAREST}")
         return _of_path(read_path_of(source, stand_in), source, machine, options, assumed, begin)
     interpreter = run_program(source, machine, options)

@@ -150,7 +150,9 @@ class Rows:
         """Return all rows as arrays."""
         self._pack()
         if len(self._parts) > 1:
-            joined = {name: _joined([getattr(part, name) for part in self._parts]) for name in ARRAYS}
+            joined: dict[str, Any] = {
+                name: _joined([getattr(part, name) for part in self._parts]) for name in ARRAYS
+            }
             self._parts = [Columns(self._machine, **joined)]
         return self._parts[0]
 
@@ -364,17 +366,13 @@ def motion_times(columns: Columns, scale: float, rapid: float | None) -> tuple[A
     """
     travel = travel_of(columns, scale)
     quick = (columns.kinds == MoveKind.RAPID) & np.isnan(columns.times)
-    time = np.where(quick, _rapid_times(columns, travel.steps, rapid), travel.time)
+    stated = RAPID / 60.0 if rapid is None else rapid
+    speeds = [stated if a.max_speed is None else a.shown(a.max_speed) for a in columns.machine.axes]
+    slowest = np.max(np.abs(travel.steps) / np.array(speeds), axis=1)
+    time = np.where(quick, slowest, travel.time)
     with np.errstate(divide="ignore", invalid="ignore"):
         feed = np.where(quick, travel.length / time if rapid is None else rapid, travel.feed)
     return time, filled(np.where(travel.length > 0.0, feed, np.nan))
-
-
-def _rapid_times(columns: Columns, steps: Array, rapid: float | None) -> Array:
-    """Return the time of each row's slowest axis, (n,) s."""
-    axes, stated = columns.machine.axes, RAPID / 60.0 if rapid is None else rapid
-    speeds = np.array([stated if a.max_speed is None else a.shown(a.max_speed) for a in axes])
-    return np.max(np.abs(steps) / speeds, axis=1)
 
 
 def filled(feed: Array) -> Array:

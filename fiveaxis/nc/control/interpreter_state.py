@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from fiveaxis.base import Finding, Place, Severity, product
-from fiveaxis.model import MoveKind
+from fiveaxis.model import MoveKind, Operation
 from fiveaxis.nc.control.axis_track import NO_MOVE, UNKNOWN_END, AxisTrack, Values
 from fiveaxis.nc.control.coordinates import Coordinates, Point
 from fiveaxis.nc.control.feed_meaning import FeedMeaning
@@ -143,19 +143,19 @@ class InterpreterState:
             self.found_at[len(self.findings)] = self.track.step
             self.findings.append(finding)
 
-    def keep_own(self, steps: tuple[float, float], others: Callable[[int | None], bool]) -> None:
+    def keep_own(self, steps: tuple[float, float], others: Sequence[Operation]) -> None:
         """Keep what was found in the steps of one operation, from the first up to the last, and only there.
 
         Parameters
         ----------
-        others : whether a line is one of another operation; for findings of no step
+        others : operations; findings of no step on their lines are theirs
         """
         low, high = steps
         found, self.findings = self.findings, []
         codes: set[str] = set()
         for index, finding in enumerate(found):
-            step = self.found_at.get(index)
-            if step is None and not others(finding.place.line):
+            step, line = self.found_at.get(index), finding.place.line
+            if step is None and not any(line and o.first_line <= line <= o.last_line for o in others):
                 self.findings.append(finding)
             elif step is not None and low < step <= high and finding.code not in codes:
                 codes.add(finding.code)

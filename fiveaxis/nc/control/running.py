@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter, deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import replace
 from functools import partial
@@ -318,9 +318,9 @@ def take_operation(interpreter: Interpreter, options: ReadOptions) -> tuple[Oper
     others = [o for o, _ in work.operations() if o.number != operation.number]
     begin = columns.steps[rows.start - 1] if rows.start else -1
     end = columns.steps[rows.stop - 1] if rows.stop < len(columns.steps) else math.inf
-    interpreter.keep_own((begin, end), lambda line: _is_in(line, others))
+    interpreter.keep_own((begin, end), others)
     beyond = columns.steps[rows.stop] if rows.stop < len(columns.steps) else math.inf
-    technology.keep_joins(columns.steps[rows.start], beyond)
+    technology.joins = [j for j in technology.joins if columns.steps[rows.start] <= j.step < beyond]
     interpreter.track.approach *= rows.start == 0
     found = columns.at(rows)
     # A rapid move to the first row is an approach.
@@ -349,10 +349,6 @@ def at_least_speed(columns: Columns, interpreter: Interpreter) -> Columns:
         int(columns.lines[row]),
     )
     return replace(columns, times=np.where(slow, longest, columns.times))
-
-
-def _is_in(line: int | None, operations: Sequence[Operation]) -> bool:
-    return line is not None and any(o.first_line <= line <= o.last_line for o in operations)
 
 
 def _require_certain(interpreter: Interpreter, line: int) -> None:

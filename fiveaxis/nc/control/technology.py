@@ -193,9 +193,7 @@ class TechnologyReader:
     placed : steps of moves in machine coordinates whose ends are among the rows, as their interpreter knows
     steps : of the changes
     selections : names of selected tools
-    cancelled : modes that are switched off before the first move, with the line
-    ended : modes that are switched off after it, with the last step that does
-    control : that the header of a program by this package names; empty in others
+    cancelled, ended, control : as of `TechnologyTrack`
     """
 
     language: Language = ISO
@@ -339,10 +337,6 @@ class TechnologyReader:
         if block.work_offset:
             change["work_offset"] = block.work_offset
         return change
-
-    def keep_joins(self, begin: float, end: float) -> None:
-        """Keep the joins from one step of the program to before another."""
-        self.joins = [join for join in self.joins if begin <= join.step < end]
 
     def _record(self, step: int, change: dict[str, Any]) -> None:
         new = self.now._replace(**change) if change else self.now

@@ -11,7 +11,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from fiveaxis.nc.languages.block import IS_CYCLE, BlockError, Hole
+from fiveaxis.nc.languages.block import BlockError, Hole
 
 
 @dataclass(frozen=True)
@@ -145,9 +145,3 @@ class Cycle:
         if not speed:
             raise BlockError(f"cycle {self.number} feeds at pitch times speed, and S isn't known; write S")
         return abs(self._need("Q239")) * speed * minute
-
-
-def require_drill(number: int) -> None:
-    """Raise unless a cycle drills a hole whose moves are certain."""
-    if number not in DRILLS:
-        raise BlockError(f"CYCL DEF {number} {IS_CYCLE}")

@@ -7,8 +7,8 @@ import re
 import numpy as np
 
 from fiveaxis.base import Array, Severity, product
-from fiveaxis.nc.languages.block import BlockError
-from fiveaxis.nc.languages.klartext_cycles import Cycle, require_drill
+from fiveaxis.nc.languages.block import IS_CYCLE, BlockError
+from fiveaxis.nc.languages.klartext_cycles import DRILLS, Cycle
 from fiveaxis.nc.languages.klartext_state import IGNORED_CYCLES, INCH_FEED, VALUE, Line, refusal
 from fiveaxis.nc.languages.planes import rotation_onto, turns
 
@@ -187,10 +187,11 @@ class SetUp(Line):
         elif number in IGNORED_CYCLES:
             self.draft.stated.append(self.code)
             self.draft.cancels += ["tolerance (cycle 32)"] if (number, part) == (32, 1) else []
-        elif number not in (7, 8, 9, 10, 11, 19):
-            require_drill(number)
+        elif number in DRILLS:
             self.state.drilling = False
             self.state.cycle = Cycle.read(number, rest, self.value, self.state.tool_feed)
+        elif number not in (7, 8, 9, 10, 11, 19):
+            raise BlockError(f"CYCL DEF {number} {IS_CYCLE}")
         elif part > 0:
             self._cycle_part(number, rest)
 

@@ -20,7 +20,6 @@ from fiveaxis.nc.writing.feeds import (
     path_feeds,
     raised_feeds,
     require_range,
-    rounded_feeds,
     stated_rows,
     without_creep,
 )
@@ -69,7 +68,9 @@ def block_lines(
     of_path, at_feed = path_feeds(moves, motion, writer)
     wanted = np.where(at_feed, of_path, feeds_of(plain, times, writer))
     wanted, raised = raised_feeds(wanted, plain, writer)
-    feeds[1:] = rounded_feeds(wanted, feed_form(writer))[1:]
+    # Significant digits are applied when F is formatted.
+    decimals = feed_form(writer).decimals
+    feeds[1:] = wanted[1:] if decimals is None else np.round(wanted[1:], decimals)
     require_range(feeds, moves, motion, writer)
     # Beside linear words, controls that count F along X, Y and Z would see a path of length 0.
     steps = np.diff(plain, axis=0, prepend=plain[:1])

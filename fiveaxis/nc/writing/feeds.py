@@ -163,11 +163,6 @@ def feed_millimetres(writer: WordWriter) -> float:
     return MILLIMETRES[writer.unit] * inches
 
 
-def rounded_feeds(feeds: Array, form: Feed) -> Array:
-    """Round F to its fixed decimals; significant digits are applied when it is formatted."""
-    return feeds if form.decimals is None else np.round(feeds, form.decimals)
-
-
 def raised_feeds(feeds: Array, values: Array, writer: WordWriter) -> tuple[Array, BoolArray]:
     """Raise F to the control's lowest where the linear axes creep alone.
 
