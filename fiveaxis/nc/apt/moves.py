@@ -153,12 +153,7 @@ class Moves:
 
     def _position(self, statement: Statement) -> list[float]:
         """Read 3 numbers, or 6 of which the last three are the new tool vector."""
-        try:
-            numbers = [float(f) for f in statement.minor.split(",")]
-        except ValueError:
-            numbers = []
-        if not numbers or "_" in statement.minor:
-            raise statement.error("has a field that isn't a number")
+        numbers = statement.numbers()
         if len(numbers) == 6:
             self.set_vector(numbers[3:])
         elif len(numbers) != 3:

@@ -110,7 +110,9 @@ class Iso(Reader):
         unknown = Arithmetic(doubtful=max(d.arithmetic.same or 0.0 for d in DIALECTS.values()))
         rules = unknown if self.control is None else self.control.arithmetic
         self.last = tape_end(self.source)
-        self.macros, self.tip, self.frames = Macros(self.tape, rules), TipSwitch(), Frames()
+        self.macros, self.frames = Macros(self.tape, rules), Frames()
+        # The word that has switched TCP on.
+        self.tip_word: str | None = None
 
     def continues(self, text: str) -> bool:
         """Whether a plane goes on after this line, with its next point or vector."""
@@ -137,12 +139,23 @@ class Iso(Reader):
         block = _parse_block(line, code)
         if not (block.g or block.m):
             return [block] if block.words else []
-        block = _cancelling(_without_fast_mode(block._replace(tip_control=self.tip.take(block))))
+        block = _cancelling(_without_fast_mode(block._replace(tip_control=self._switch_tip(block))))
         block = _timed_by_x(block, text) if "G4" in block.g and "X" in block.words else block
         if frozenset(FRAME_WORDS).isdisjoint(block.g):
             return [block]
         more = [_parse_block(line, self.macros.take(without_head(compact_code(part)))) for part in rest]
         return [self.frames.take(block, more)]
+
+    def _switch_tip(self, block: Block) -> bool | None:
+        """Return True if a block switches TCP on, False if off, None if neither."""
+        words = (*block.g, *block.m)
+        if (on := next((word for word in words if word in TIP_WORDS), None)) is not None:
+            self.tip_word = on
+            return True
+        if ALWAYS_OFF.union(TIP_WORDS.get(self.tip_word or "", ())).isdisjoint(words):
+            return None
+        self.tip_word = None
+        return False
 
 
 def _without_fast_mode(block: Block) -> Block:
@@ -214,26 +227,6 @@ def _explain(code: str) -> str:
             return f"{found[0]!r} {reason}"
     rest = next(part for part in WORD.split(code)[::3] if part)
     return f"{rest[:20]!r} isn't a word of a letter and a number; correct it"
-
-
-class TipSwitch:
-    """TCP state of an ISO program."""
-
-    def __init__(self) -> None:
-        self.word: str | None = None
-
-    def take(self, block: Block) -> bool | None:
-        """Return True if a block switches TCP on, False if off, None if neither."""
-        words = (*block.g, *block.m)
-        for word in words:
-            if word in TIP_WORDS:
-                self.word = word
-                return True
-        off = ALWAYS_OFF if self.word is None else TIP_WORDS[self.word] | ALWAYS_OFF
-        if off.isdisjoint(words):
-            return None
-        self.word = None
-        return False
 
 
 FRAME_WORDS = ("G52", "G53.1", "G68.2", "G69")

@@ -81,45 +81,39 @@ class Note(NamedTuple):
     head: str = ""
 
 
-def machine_notes(writer: WordWriter, settings: ProgramSettings, winding: str) -> list[Note]:
+def machine_notes(writer: WordWriter, settings: ProgramSettings, winding: str) -> Iterator[Note]:
     """List what a program requires at the machine."""
-    return [Note(about, *texts) for about, texts in _notes(writer, settings, winding)]
-
-
-def _notes(
-    writer: WordWriter, settings: ProgramSettings, winding: str
-) -> Iterator[tuple[str, tuple[str, ...]]]:
     dialect, machine = writer.dialect, writer.machine
     is_program, by_axes = dialect.language == "blocks", writer.coordinates == "axes"
     for text in (*dialect.notes, *writer.mode.notes):
-        yield "control", (text.replace("{linear}", str(dialect.number.linear)),)
+        yield Note("control", text.replace("{linear}", str(dialect.number.linear)))
     if not is_program:
         return
     for p in assumed_figures(machine):
         text = f"assumed for this run: {p.figure}, {p.value}; measure it before the program runs"
-        yield "control", (text, f"assumed, measure it first: {p.figure}, {p.value}")
+        yield Note("control", text, f"assumed, measure it first: {p.figure}, {p.value}")
     if writer.coordinates == "vector":
-        yield "control", (VECTOR_NOTE, "angles: the control's choice, they may not be the verified ones")
+        yield Note("control", VECTOR_NOTE, "angles: the control's choice, they may not be the verified ones")
     if settings.missing:
         todo = ", ".join(settings.missing)
-        yield "start", (f"before that the operator sees to {todo}", f"operator: {todo}")
+        yield Note("start", f"before that the operator sees to {todo}", f"operator: {todo}")
     if writer.mode.off_clear and not settings.goes_clear:
-        blocks = " ".join(writer.mode.off_clear)
-        text = f"not written: {blocks} at the end, as it may move Z by the tool's length without a retract"
-        head = f"not written: {blocks} at the end"
-        yield "start", (f"{text}; see to it where the tool is clear", head)
-    note = writer.dialect.winding_notes.get(winding)
-    if note is not None and counted_columns(writer.machine):
-        yield "control", (note, note)
-    yield "work offset", _zero_note(writer)
-    yield from (("work offset", (text, text.partition(";")[0])) for text in _setup_note(writer))
-    yield from (("start", (text, text.partition(";")[0])) for text in _clamped_notes(machine))
-    yield "tool", _length_note(writer)
+        head = f"not written: {' '.join(writer.mode.off_clear)} at the end"
+        why = "as it may move Z by the tool's length without a retract; see to it where the tool is clear"
+        yield Note("start", f"{head}, {why}", head)
+    if (note := dialect.winding_notes.get(winding)) is not None and counted_columns(machine):
+        yield Note("control", note, note)
+    yield Note("work offset", *_zero_note(writer))
+    for text in _setup_note(writer):
+        yield Note("work offset", text, text.partition(";")[0])
+    for text in _clamped_notes(machine):
+        yield Note("start", text, text.partition(";")[0])
+    yield Note("tool", *_length_note(writer))
     straight = f"rapid moves are taken to run straight, all axes arriving together: {dialect.straight}"
-    yield "control", (straight,)
+    yield Note("control", straight)
     then = "X and Y, then Z" if by_axes else "to straight above the path, then Z"
-    yield "start", (f"order: rotary axes, {then}", f"approach: rotary axes, {then}")
-    yield from (("control", (text,)) for text in _sign_note(writer))
+    yield Note("start", f"order: rotary axes, {then}", f"approach: rotary axes, {then}")
+    yield from (Note("control", text) for text in _sign_note(writer))
 
 
 def contains_length(machine: Machine) -> bool:

@@ -141,9 +141,9 @@ def first_words(values: Array, writer: WordWriter, winding: str) -> Array:
     """Return the numbers of words, (n, c), as the approach writes them."""
     if winding != "modulo":
         return values
-    counted = values.copy()
-    columns = counted_columns(writer.machine)
-    counted[:, columns] = within_a_turn(values[:, columns], writer.decimals[columns], _low(writer))
+    counted, columns, modulo = values.copy(), counted_columns(writer.machine), writer.dialect.modulo
+    low = 0.0 if modulo is None else float(modulo.low)
+    counted[:, columns] = within_a_turn(values[:, columns], writer.decimals[columns], low)
     return counted
 
 
@@ -151,10 +151,6 @@ def within_a_turn(degrees: Array, decimals: Array | int, low: float = 0.0) -> Ar
     """Reduce degrees to [low, low + 360), also when rounded."""
     scale = 10.0 ** np.asarray(decimals)
     return low + np.remainder(np.rint(np.remainder(degrees - low, TURN) * scale) / scale, TURN)
-
-
-def _low(writer: WordWriter) -> float:
-    return 0.0 if writer.dialect.modulo is None else float(writer.dialect.modulo.low)
 
 
 def modulo_templates(writer: WordWriter, winding: str) -> list[str | None]:
@@ -168,10 +164,8 @@ def modulo_templates(writer: WordWriter, winding: str) -> list[str | None]:
 
 
 def _modulo(moves: Moves, columns: list[int], writer: WordWriter) -> Words:
-    counted = moves.values.copy()
-    counted[:, columns] = within_a_turn(moves.values[:, columns], writer.decimals[columns], _low(writer))
-    values, kept = writer.rounded(counted), np.ones(counted.shape, dtype=bool)
-    modulo = writer.dialect.modulo
+    values = writer.rounded(first_words(moves.values, writer, "modulo"))
+    kept, modulo = np.ones(values.shape, dtype=bool), writer.dialect.modulo
     if modulo is not None and modulo.way == "signed":
         steps = np.diff(writer.rounded(moves.values), axis=0, prepend=writer.rounded(moves.values[:1]))
         for column in columns:
