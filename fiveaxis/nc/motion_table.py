@@ -15,7 +15,7 @@ from fiveaxis.base import Array, IntArray, MachineError, require_suffix, write_a
 from fiveaxis.model import Machine, Motion, MoveKind, Toolpath, tool_poses
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import require, require_finite, require_near, require_positive_feeds
-from fiveaxis.nc.source import Source, load_source
+from fiveaxis.nc.source import Source
 from fiveaxis.nc.table import fields_of, first_line, read_table
 
 logger = logging.getLogger(__name__)
@@ -68,24 +68,6 @@ def _lines(columns: list[Array | IntArray]) -> Iterator[str]:
         yield from (form % row for row in zip(*shown, strict=True))
 
 
-def read_motion(path: str | Path, machine: Machine, *, source_is_table: bool = False) -> Motion:
-    """Read a motion that `write_motion` wrote.
-
-    Without a column ``kind`` all rows are cuts: the safe assumption for checks.
-
-    Parameters
-    ----------
-    source_is_table : whether `Motion.source` has lines of the table, or its column ``source``, lines of the
-        file that the motion was made from
-
-    Raises
-    ------
-    ToolpathError
-        With file and line: the header isn't this machine's, a row isn't numbers, a feed isn't above 0.
-    """
-    return read_motion_table(load_source(path), machine, source_is_table=source_is_table)
-
-
 def read_motion_path(source: Source, options: ReadOptions) -> Toolpath:
     """Read the table of a motion as the path of the tool's tip.
 
@@ -105,7 +87,7 @@ def read_motion_path(source: Source, options: ReadOptions) -> Toolpath:
             "the path that the motion was made from"
         )
     machine = options.machine
-    motion = read_motion_table(source, machine, source_is_table=True)
+    motion = read_motion(source, machine, source_is_table=True)
     tip, axis = tool_poses(machine, motion.positions)
     feed = motion.feed * 60.0 if options.feed_mm_min is None else options.feed_mm_min
     tool = options.tool_or(None, source)
@@ -114,8 +96,22 @@ def read_motion_path(source: Source, options: ReadOptions) -> Toolpath:
     )
 
 
-def read_motion_table(source: Source, machine: Machine, *, source_is_table: bool = False) -> Motion:
-    """Read a loaded table as `read_motion`."""
+def read_motion(source: Source, machine: Machine, *, source_is_table: bool = False) -> Motion:
+    """Read a motion that `write_motion` wrote.
+
+    Without a column ``kind`` all rows are cuts: the safe assumption for checks.
+
+    Parameters
+    ----------
+    source : the table
+    source_is_table : whether `Motion.source` has lines of the table, or its column ``source``, lines of the
+        file that the motion was made from
+
+    Raises
+    ------
+    ToolpathError
+        With file and line: the header isn't this machine's, a row isn't numbers, a feed isn't above 0.
+    """
     _require_header(source, machine)
     header, values, lines = read_table(source)
     kinded, placed = KIND in header, header[-1] == LOCATION
@@ -159,17 +155,13 @@ def read_motion_table(source: Source, machine: Machine, *, source_is_table: bool
 
 def _require_header(source: Source, machine: Machine) -> None:
     """Raise if a table has other columns, before its rows are read."""
-    expected = _header(machine, False, False)
     line = first_line(source)
     header = [] if line is None else [name.strip().lower() for name in fields_of(source.lines[line - 1])]
-    known = [
-        [name.lower() for name in _header(machine, kinded, placed)]
-        for kinded in (False, True)
-        for placed in (False, True)
-    ]
-    if line is not None and header not in known:
+    known = _header(machine, KIND in header, header[-1:] == [LOCATION])
+    if line is not None and header != [name.lower() for name in known]:
+        expected = ",".join(_header(machine, False, False))
         raise source.error(
-            f"header {','.join(header)} isn't that of machine {machine.name!r}: {','.join(expected)}", line
+            f"header {','.join(header)} isn't that of machine {machine.name!r}: {expected}", line
         )
 
 

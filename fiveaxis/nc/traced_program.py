@@ -27,7 +27,7 @@ from fiveaxis.nc.control.program_toolpath import path_of_run
 from fiveaxis.nc.control.running import run_program, take_operation
 from fiveaxis.nc.control.technology import TechnologyTrack
 from fiveaxis.nc.formats import completed_path, kind_of, read_path_of
-from fiveaxis.nc.motion_table import read_motion_table
+from fiveaxis.nc.motion_table import read_motion
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.program import Program
 from fiveaxis.nc.source import Source
@@ -245,7 +245,7 @@ def _load(
 
 
 def _load_table(source: Source, machine: Machine, tool: Tool | None, reading: Reading) -> TracedProgram:
-    motion = read_motion_table(source, machine, source_is_table=True)
+    motion = read_motion(source, machine, source_is_table=True)
     given = sorted(name for name in options_of(Reading) if getattr(reading, name))
     if given:
         raise SettingError(

@@ -26,6 +26,7 @@ from fiveaxis.base import Coordinates
 from fiveaxis.model import predicted_time, tool_poses
 from fiveaxis.nc import DIALECTS
 from fiveaxis.nc.motion_table import read_motion
+from fiveaxis.nc.source import load_source
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "tests"))
@@ -66,7 +67,7 @@ def measure(
 ) -> None:
     text = program.read_text(encoding="ascii")
     read = fx.read_program(program, machine)
-    motion = read_motion(table, machine)
+    motion = read_motion(load_source(table), machine)
     tips, axes = tool_poses(machine, motion.positions)
     paths = [(tips, axes), joint_path(machine, read.positions)]
     predicted = predicted_time(read, machine, DIALECTS["linuxcnc"], coordinates)

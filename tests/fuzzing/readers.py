@@ -30,6 +30,7 @@ from fiveaxis.model import Machine, Tool, check_machine, check_text, draft_machi
 from fiveaxis.model.machine.answers import BY_NAME
 from fiveaxis.nc import find_dialect, read_program, read_toolpath
 from fiveaxis.nc.motion_table import read_motion
+from fiveaxis.nc.source import load_source
 from fuzzing import seeds
 from fuzzing.mutations import Seeds
 
@@ -103,7 +104,7 @@ def _packed(content: bytes, folder: Path, rng: random.Random) -> None:
 
 
 def _motion(path: Path, _rng: random.Random) -> None:
-    motion = read_motion(path, _known("hayashi-640123"), source_is_table=True)
+    motion = read_motion(load_source(path), _known("hayashi-640123"), source_is_table=True)
     assert np.isfinite(motion.positions).all()
 
 

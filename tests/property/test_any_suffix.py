@@ -11,6 +11,7 @@ from fiveaxis.base.errors import FiveAxisError
 from fiveaxis.model import Motion, Tool, load_machine, tool_poses
 from fiveaxis.nc import DIALECTS, compose_program, read_program, read_toolpath, write_motion
 from fiveaxis.nc.motion_table import read_motion
+from fiveaxis.nc.source import load_source
 
 MACHINES = ["umc-750", "linuxcnc-xyzac-trt", "dmu80p-duoblock"]
 MODES = [(name, mode) for name, dialect in DIALECTS.items() for mode in dialect.modes]
@@ -84,7 +85,7 @@ def test_a_program_is_read_as_its_motion_under_any_suffix(
 def test_the_table_of_a_motion_is_read_under_any_suffix(tmp_path: Path, suffix, machine):
     motion = motion_on(machine, 5)
     file = write_motion(motion, tmp_path / "motion.csv", machine).replace(tmp_path / f"renamed{suffix}")
-    np.testing.assert_allclose(read_motion(file, machine).positions, motion.positions, atol=1e-8)
+    np.testing.assert_allclose(read_motion(load_source(file), machine).positions, motion.positions, atol=1e-8)
     path = read_toolpath(file, tool=Tool.ball(6), machine=machine)
     np.testing.assert_allclose(path.tips(path.axis), tool_poses(machine, motion.positions)[0], atol=1e-6)
     with pytest.raises(FiveAxisError, match=r"is the table of a motion, not a program; .*read_motion"):

@@ -14,6 +14,7 @@ from fiveaxis.model import Machine, Motion, MoveKind, load_machine
 from fiveaxis.nc import ProgramSettings, write_motion
 from fiveaxis.nc import compose_program as compose_with_lead_out
 from fiveaxis.nc.motion_table import read_motion
+from fiveaxis.nc.source import load_source
 
 # The lead-out has its own tests: here the last block is the last move.
 compose_program = partial(compose_with_lead_out, settings=ProgramSettings(way_out=False))
@@ -91,7 +92,7 @@ def test_a_program_read_again_is_the_motion(motion: Motion, name: str):
 def test_a_motion_table_read_again_is_the_motion(motion: Motion, name: str, tmp_path_factory):
     machine = load_machine(name)
     path: Path = write_motion(motion, tmp_path_factory.mktemp("table") / "motion.csv", machine)
-    again = read_motion(path, machine)
+    again = read_motion(load_source(path), machine)
     assert again.letters == motion.letters
     np.testing.assert_allclose(machine.shown(again.positions), machine.shown(motion.positions), atol=6e-10)
     np.testing.assert_allclose(again.feed * 60, motion.feed * 60, atol=6e-10)

@@ -133,7 +133,7 @@ OPENERS = {
     "program.nc": lambda path: read_program(path, load_machine("hayashi-640123")),
     "path.csv": lambda path: read_toolpath(path, tool=Tool.ball(8)),
     "path.cls.gz": lambda path: read_toolpath(path, tool=Tool.ball(8)),
-    "motion.csv": lambda path: read_motion(path, load_machine("hayashi-640123")),
+    "motion.csv": lambda path: read_motion(load_source(path), load_machine("hayashi-640123")),
     "machine.toml": load_machine,
     "machine.ini": load_machine,
     "job.toml": read_job,

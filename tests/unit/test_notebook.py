@@ -13,6 +13,7 @@ from fiveaxis.base.errors import MissingDependency
 from fiveaxis.base.findings import Finding, Severity
 from fiveaxis.base.notebook import MOST_ROWS
 from fiveaxis.nc.motion_table import read_motion, write_motion
+from fiveaxis.nc.source import load_source
 
 NAME = "<script>alert('ring')</script> & co.csv"
 
@@ -102,7 +103,7 @@ def test_the_frame_of_a_motion_has_the_columns_of_its_file(solution, hayashi, tm
     np.testing.assert_allclose(frame[names].to_numpy(), table, rtol=0.0, atol=5e-10)
     assert frame["feed_mm_min"].to_numpy() == pytest.approx(800.0)
     assert set(frame["kind"]) == {"cut"}
-    read = read_motion(file, hayashi)
+    read = read_motion(load_source(file), hayashi)
     assert list(read.to_frame().columns) == list(frame.columns)
 
 

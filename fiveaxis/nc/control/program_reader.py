@@ -60,7 +60,8 @@ _LIST = f"{NAMES_NO_AXES}; read it as a toolpath (read_toolpath)"
 NO_PROGRAMS: dict[str, str] = {
     "apt": _LIST,
     "points": _LIST,
-    "motion": "is the table of a motion, not a program; read it with read_motion (`fiveaxis verify`, `post`)",
+    "motion": "is the table of a motion, not a program; read it as a toolpath (read_toolpath), or by "
+    "`fiveaxis verify` or `post`",
 }
 GIVES_DIRECTIONS = (
     "the block gives the tool direction, and the angles that the control chooses aren't in the program; post "

@@ -7,6 +7,7 @@ from fiveaxis.base.errors import MachineError, ToolpathError
 from fiveaxis.model import Motion
 from fiveaxis.nc import write_motion
 from fiveaxis.nc.motion_table import read_motion
+from fiveaxis.nc.source import load_source
 
 MOTION = Motion(
     letters="XYZAC",
@@ -57,4 +58,4 @@ def test_a_table_of_something_else_is_refused(hayashi, tmp_path, text, fault):
     path = tmp_path / "motion.csv"
     path.write_text(text)
     with pytest.raises(ToolpathError, match=fault):
-        read_motion(path, hayashi)
+        read_motion(load_source(path), hayashi)

@@ -13,6 +13,7 @@ from fiveaxis.job.program import make_program
 from fiveaxis.model import Constraints, Limits, Machine, Tool, Toolpath
 from fiveaxis.nc import ProgramOptions, write_motion
 from fiveaxis.nc.motion_table import read_motion
+from fiveaxis.nc.source import load_source
 
 RING = {"tilt": (15.0, 75.0), "effort": "quick"}
 HOP = {"tilt": (35.0, 80.0), "max_turn": 60.0, "effort": "quick"}
@@ -135,7 +136,7 @@ def test_a_job_solves_its_program(wall, hayashi, tmp_path):
 
 def test_the_table_of_its_motion_becomes_the_same_program(wall, solution, hayashi, tmp_path):
     file = write_motion(solution.motion, tmp_path / "motion.csv", hayashi)
-    read = read_motion(file, hayashi)
+    read = read_motion(load_source(file), hayashi)
     np.testing.assert_allclose(read.location, solution.motion.location, atol=1e-9)
     bounds = Constraints.of_degrees(tilt=HOP["tilt"], max_turn=60.0)
     own = make_program(
