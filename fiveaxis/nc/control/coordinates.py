@@ -10,7 +10,7 @@ import numpy as np
 from fiveaxis.base import Array, SettingError, product
 from fiveaxis.model import Machine, linear_positions, tool_axes, tool_poses
 from fiveaxis.nc.control.axis_track import Counting, Values, axis_values
-from fiveaxis.nc.languages.planes import Plane
+from fiveaxis.nc.languages.block import Plane
 
 # X, Y and Z, mm; None where the program hasn't given them yet.
 Point = list[float | None]

@@ -29,8 +29,7 @@ from fiveaxis.nc.control.modal import (
 )
 from fiveaxis.nc.control.run_moves import RunMoves
 from fiveaxis.nc.control.technology import DEFAULT_OFFSET, END, WORK_OFFSETS
-from fiveaxis.nc.languages.block import Block, BlockError
-from fiveaxis.nc.languages.planes import Plane
+from fiveaxis.nc.languages.block import Block, BlockError, Plane
 from fiveaxis.nc.languages.runs import Run
 from fiveaxis.nc.rows import MILLIMETRES
 
@@ -166,7 +165,7 @@ class Interpreter(RunMoves):
             scale = MILLIMETRES[self.modes.units.now]
             if any(block.frame.origin):
                 self.modes.units.use(block.line)
-            at.plane = Plane(np.array(block.frame.origin) * scale, block.frame.rotation)
+            at.plane = Plane(block.frame.origin * scale, block.frame.rotation)
         at.update()
         turned = None if at.plane.is_unturned else tuple((at.plane.rotation.round(9) + 0.0).ravel().tolist())
         self.frames.append((self.track.step, (at.tip_control, turned)))
@@ -210,7 +209,7 @@ class Interpreter(RunMoves):
             poses = link_poses(track.machine, axis_values(track.machine, values, Counting.AXES))
             rotation = poses[BED][0, :3, :3]
             self.table_line = block.line
-        return block._replace(frame=Plane(rotation=rotation).change(word))
+        return block._replace(frame=Plane(rotation=rotation).by(word))
 
     def _changes_zero(self) -> bool:
         """Check whether another zero comes into force whose distance from the one before isn't known."""

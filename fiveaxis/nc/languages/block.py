@@ -7,11 +7,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from types import MappingProxyType
 from typing import NamedTuple
 
-from fiveaxis.base import Array, Finding, Severity, ToolpathError
+import numpy as np
+
+from fiveaxis.base import Array, Finding, Severity, ToolpathError, product
 from fiveaxis.nc.source import Source
 
 Triple = tuple[float, float, float]
@@ -53,19 +56,34 @@ def block_error(source: Source, line: int, fact: object) -> ToolpathError:
 
 
 @dataclass(frozen=True, eq=False)
-class FrameChange:
-    """The frame of the program's coordinates from here on: ``p_before = rotation @ p_now + origin``.
+class Plane:
+    """Frame of a program's coordinates: ``p_before = rotation @ p_now + origin``.
 
     Parameters
     ----------
     origin : (3,), program unit
     rotation : (3, 3)
-    word : as written, for messages
+    word : that puts it in force, for messages
     """
 
-    origin: Triple
-    rotation: Array
-    word: str
+    origin: Array = field(default_factory=lambda: np.zeros(3))
+    rotation: Array = field(default_factory=lambda: np.eye(3))
+    word: str = ""
+
+    @cached_property
+    def is_unturned(self) -> bool:
+        """Whether the rotation is the identity."""
+        return bool(np.array_equal(self.rotation, np.eye(3)))
+
+    def then(self, other: Plane) -> Plane:
+        """Return the plane `other`, given relative to this one."""
+        return Plane(
+            self.origin + product(self.rotation, other.origin), product(self.rotation, other.rotation)
+        )
+
+    def by(self, word: str) -> Plane:
+        """Return the plane as a word puts it in force."""
+        return replace(self, word=word)
 
 
 class Block(NamedTuple):
@@ -84,7 +102,7 @@ class Block(NamedTuple):
     vector : tool axis from tip to shank, as written, if the block gives a direction instead of angles
     normal : surface normal out of the material, as written, if given
     centre : arc centre by axis letter, absolute, in the program's frame and unit
-    frame : change of the program's coordinate frame
+    frame : that the program's coordinates have from here on
     ignored : words without effect on the path, to be counted
     stated : words without effect on the path that have a value or arguments, as written: ``CTOL=0.01``,
         ``FGROUP(X)``, ``variable #5=2``
@@ -111,7 +129,7 @@ class Block(NamedTuple):
     vector: Triple | None = None
     normal: Triple | None = None
     centre: Mapping[str, float] | None = None
-    frame: FrameChange | None = None
+    frame: Plane | None = None
     ignored: tuple[str, ...] = ()
     stated: tuple[str, ...] = ()
     increments: str = ""
@@ -167,7 +185,7 @@ class Draft:
     vector: dict[str, float] = field(default_factory=dict)
     normal: dict[str, float] = field(default_factory=dict)
     centre: dict[str, float] = field(default_factory=dict)
-    frame: FrameChange | None = None
+    frame: Plane | None = None
     ignored: list[str] = field(default_factory=list)
     stated: list[str] = field(default_factory=list)
     increments: str = ""

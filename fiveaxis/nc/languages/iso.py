@@ -15,10 +15,19 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from fiveaxis.base import Array, product
-from fiveaxis.nc.languages.block import IS_CYCLE, NO_WORDS, Block, BlockError, number_of, put_word, reasons
+from fiveaxis.nc.languages.block import (
+    IS_CYCLE,
+    NO_WORDS,
+    Block,
+    BlockError,
+    Plane,
+    number_of,
+    put_word,
+    reasons,
+)
 from fiveaxis.nc.languages.choice import tape_end
 from fiveaxis.nc.languages.macro import Macros, compact_code, without_head
-from fiveaxis.nc.languages.planes import Plane, rotation_onto, turns
+from fiveaxis.nc.languages.planes import rotation_onto, turns
 from fiveaxis.nc.languages.runs import PlainLines, Reader
 from fiveaxis.nc.writing.table_parts import Arithmetic
 from fiveaxis.nc.writing.tables import DIALECTS
@@ -287,7 +296,7 @@ class Frames:
         if self.tilted:
             self.plane = _plane([block, *more])
             rest = {c: value for c, value in rest.items() if c not in "XYZIJKPQ"}
-        return block._replace(words=rest, frame=self.shift.then(self.plane).change(word))
+        return block._replace(words=rest, frame=self.shift.then(self.plane).by(word))
 
     def _move_zero(self, block: Block) -> Block:
         old, words = self.shift.origin, block.words
@@ -299,7 +308,7 @@ class Frames:
         if not old.any() and not shift.any():
             return Block(block.line, m=block.m, ignored=("G52",), cancels=cancels)
         self.shift = Plane(shift)
-        return Block(block.line, m=block.m, frame=self.shift.change("G52"), cancels=cancels)
+        return Block(block.line, m=block.m, frame=self.shift.by("G52"), cancels=cancels)
 
 
 def _plane(parts: Sequence[Block]) -> Plane:

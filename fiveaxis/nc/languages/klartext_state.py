@@ -21,13 +21,13 @@ from fiveaxis.nc.languages.block import (
     NUMBER,
     Block,
     BlockError,
-    FrameChange,
+    Plane,
     put_word,
     reasons,
 )
 from fiveaxis.nc.languages.expressions import evaluate
 from fiveaxis.nc.languages.klartext_cycles import Cycle
-from fiveaxis.nc.languages.planes import CoordinateState, Plane, Statement, turns
+from fiveaxis.nc.languages.planes import CoordinateState, Statement, turns
 
 VALUE = rf"(?:{NUMBER}|[+-]?Q[LR]?[0-9]+)(?![0-9.])"
 
@@ -159,12 +159,12 @@ class State(CoordinateState):
         """Whether PLANE rotates the coordinates."""
         return not np.array_equal(self.tilt, np.eye(3))
 
-    def frame(self, word: str) -> FrameChange:
+    def frame(self, word: str) -> Plane:
         """Return the combined frame, set by `word`; positions known in the frame before are discarded."""
         self.now.clear()
         self.pole = None
         plane = Plane(self.datum, self.tilt).then(Plane(self.shift, turns("Z", [self.spin])))
-        return plane.change(word)
+        return plane.by(word)
 
     def shift_datum(self, words: Mapping[str, float], increments: str) -> None:
         """Shift the datum along axes of the workpiece, or of the tilted plane if there is one."""

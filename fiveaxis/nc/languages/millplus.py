@@ -13,10 +13,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from fiveaxis.base import Finding, Severity
-from fiveaxis.nc.languages.block import Block, BlockError, FrameChange, Triple, number_of
+from fiveaxis.nc.languages.block import Block, BlockError, Plane, number_of
 from fiveaxis.nc.languages.iso import WORD_NUMBER, Iso
 from fiveaxis.nc.languages.macro import compact_code
-from fiveaxis.nc.languages.planes import Plane, turns
+from fiveaxis.nc.languages.planes import turns
 from fiveaxis.nc.languages.runs import Reader
 
 # A letter and a number, or a letter with an index, an equals sign and a number or a parameter.
@@ -37,7 +37,7 @@ class MillPlus(Reader):
 
     def _begin(self) -> None:
         # The shift of G93, and the cycle that G79 calls.
-        self.shift: Triple = (0.0, 0.0, 0.0)
+        self.shift = np.zeros(3)
         self.tip_control = False
         self.cycle: dict[str, float] = {}
         self.cycle_word = ""
@@ -94,15 +94,14 @@ class MillPlus(Reader):
 
     def _shift(self, line: int, words: dict[str, float]) -> Block:
         """Read ``G93 X Y Z``: the program zero relative to the work offset."""
-        x, y, z = (words.get(c, old) for c, old in zip("XYZ", self.shift, strict=True))
-        self.shift = (x, y, z)
-        return Block(line, frame=FrameChange(self.shift, np.eye(3), "G93"))
+        self.shift = np.array([words.get(c, old) for c, old in zip("XYZ", self.shift, strict=True)])
+        return Block(line, frame=Plane(self.shift, word="G93"))
 
     def _tilt(self, line: int, indexed: dict[str, float | str]) -> Block:
         """Read ``G7 A5= B5= C5=``: angles about fixed X, Y and Z, in this order."""
         a, b, c = (float(indexed.get(f"{letter}5", 0.0)) for letter in "ABC")
-        plane = Plane(np.array(self.shift), turns("ZYX", (c, b, a)))
-        block = Block(line, frame=plane.change("G7"))
+        plane = Plane(self.shift, turns("ZYX", (c, b, a)))
+        block = Block(line, frame=plane.by("G7"))
         if sum(v != 0.0 for v in (a, b, c)) <= 1:
             return block
         message = (

@@ -3,49 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from functools import cached_property
+from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 import numpy as np
 
 from fiveaxis.base import Array, product, rotation_matrix
-from fiveaxis.nc.languages.block import Block, BlockError, Draft, FrameChange
+from fiveaxis.nc.languages.block import Block, BlockError, Draft, Plane
 from fiveaxis.nc.source import Source
 
 AXES = "XYZ"
 # Mode that is switched off.
 TCP = "TCP (TRAORI, FUNCTION TCPM, M128)"
-
-
-@dataclass(frozen=True, eq=False)
-class Plane:
-    """Frame of a program's coordinates: ``p_before = rotation @ p_now + origin``.
-
-    Parameters
-    ----------
-    origin : (3,), program unit
-    rotation : (3, 3)
-    """
-
-    origin: Array = field(default_factory=lambda: np.zeros(3))
-    rotation: Array = field(default_factory=lambda: np.eye(3))
-
-    @cached_property
-    def is_unturned(self) -> bool:
-        """Whether the rotation is the identity."""
-        return bool(np.array_equal(self.rotation, np.eye(3)))
-
-    def then(self, other: Plane) -> Plane:
-        """Return the plane `other`, given relative to this one."""
-        return Plane(
-            self.origin + product(self.rotation, other.origin), product(self.rotation, other.rotation)
-        )
-
-    def change(self, word: str) -> FrameChange:
-        """Return the change that replaces the frame in force by this plane."""
-        x, y, z = (float(v) for v in self.origin)
-        return FrameChange((x, y, z), self.rotation, word)
 
 
 def turn_about(axis: str, angle: float) -> Array:
@@ -140,7 +109,7 @@ class Statement(Generic[S]):
         """
         if not follows:
             # Where the tip ends up isn't said: a switch to axis coordinates discards its position.
-            self.before = Block(self.draft.line, tip_control=False, frame=Plane().change(word))
+            self.before = Block(self.draft.line, tip_control=False, frame=Plane().by(word))
         self.draft.tip_control, self.draft.vector = True, {"Z": 1.0}
         self.state.positioned = True
 

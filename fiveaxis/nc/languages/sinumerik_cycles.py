@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fiveaxis.nc.languages.block import BlockError, Hole
-from fiveaxis.nc.languages.planes import AXES, Plane, turns
+from fiveaxis.nc.languages.block import BlockError, Hole, Plane
+from fiveaxis.nc.languages.planes import AXES, turns
 
 # Argument of a call: a number, a text, or None if empty.
 Value = float | str | None

@@ -13,9 +13,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fiveaxis.nc.languages.block import IS_CYCLE, IS_JUMP, Block, BlockError, FrameChange, Hole, reasons
+from fiveaxis.nc.languages.block import IS_CYCLE, IS_JUMP, Block, BlockError, Hole, Plane, reasons
 from fiveaxis.nc.languages.expressions import evaluate
-from fiveaxis.nc.languages.planes import AXES, CoordinateState, Plane, turns
+from fiveaxis.nc.languages.planes import AXES, CoordinateState, turns
 from fiveaxis.nc.languages.sinumerik_cycles import HOLES, Swivel
 
 ROTARY = "ABC"
@@ -164,9 +164,9 @@ class State(CoordinateState):
         """Whether blocks of axis words, directions and F mean what they say."""
         return self.hole is None and not self.incremental and not self.positioned
 
-    def frame(self, word: str) -> FrameChange:
+    def frame(self, word: str) -> Plane:
         """Return the combined frame, set by `word`."""
-        return self.swivel.then(self.program).change(word)
+        return self.swivel.then(self.program).by(word)
 
     def declare(self, text: str) -> None:
         """Read what follows DEF, as in ``DEF REAL a, b=2``; variables start at 0."""
@@ -201,7 +201,7 @@ class State(CoordinateState):
 
         return leave
 
-    def swivel_plane(self, swivel: Swivel | None) -> FrameChange:
+    def swivel_plane(self, swivel: Swivel | None) -> Plane:
         """Set or reset the plane of CYCLE800; either deletes the frame of TRANS and ROT."""
         if swivel is not None and swivel.additive:
             self.swivel = self.swivel.then(self.program).then(swivel.plane)
@@ -211,7 +211,7 @@ class State(CoordinateState):
         self.positioned = False
         return self.frame("CYCLE800")
 
-    def change_frame(self, name: str, words: Mapping[str, float], plane_angle: float | None) -> FrameChange:
+    def change_frame(self, name: str, words: Mapping[str, float], plane_angle: float | None) -> Plane:
         """Set the frame by TRANS or ROT, or change it by ATRANS or AROT.
 
         Parameters

@@ -37,8 +37,8 @@ def test_tcp_is_on_between_its_words():
 
 def test_g93_shifts_the_zero_and_g7_tilts_the_plane_there():
     shift, tilt = blocks_of("G93 X1 Y2 Z3\nG7 A5=90. B5=0.0 C5=90.")
-    assert shift.frame.origin == (1.0, 2.0, 3.0)
-    assert tilt.frame.origin == (1.0, 2.0, 3.0)
+    assert tuple(shift.frame.origin) == (1.0, 2.0, 3.0)
+    assert tuple(tilt.frame.origin) == (1.0, 2.0, 3.0)
     # A quarter about X, then one about the fixed Z: the plane's Z is the old X.
     np.testing.assert_allclose(tilt.frame.rotation[:, 2], [1, 0, 0], atol=1e-12)
     assert [f.code for f in tilt.findings] == ["plane-assumed"]

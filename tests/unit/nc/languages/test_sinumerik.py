@@ -485,7 +485,7 @@ def test_a_tool_in_a_swivelled_plane_keeps_its_direction_until_angles_are_named(
 def test_a_swivel_without_tcp_discards_the_position():
     """By a block in axis coordinates."""
     lost, _ = blocks_of('CYCLE800(0,"",0,57,0,0,0,0,30,0,0,0,0,-1)')
-    assert (lost.tip_control, lost.vector, lost.frame.origin) == (False, None, (0.0, 0.0, 0.0))
+    assert (lost.tip_control, lost.vector, tuple(lost.frame.origin)) == (False, None, (0.0, 0.0, 0.0))
     assert len(blocks_of('CYCLE800(0,"",10,57,0,0,0,0,30,0,0,0,0,-1)')) == 1
     # The retract before it is in machine coordinates.
     assert len(blocks_of('CYCLE800(1,"",10,57,0,0,0,0,30,0,0,0,0,-1)')) == 2
