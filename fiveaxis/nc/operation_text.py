@@ -30,13 +30,13 @@ class Revision:
     ----------
     source : the program
     replaced : line -> the lines in its place
-    row_lines : for each new position, its line among all new lines, from 1
+    order : (m, 2), for each new position, the line in whose place it is, and which of those lines is its own
     first, last : lines of the program between which positions differ from what they were
     """
 
     source: Source
     replaced: Mapping[int, tuple[str, ...]]
-    row_lines: IntArray
+    order: IntArray
     first: int
     last: int
 
@@ -50,6 +50,11 @@ class Revision:
         """(n + 1,), where each line of the program begins in the revised one, from 1, and where it ends."""
         counts = [len(self.replaced.get(line + 1, ("",))) for line in range(len(self.source.lines))]
         return np.concatenate([[1], 1 + np.cumsum(counts)])
+
+    @property
+    def row_lines(self) -> IntArray:
+        """(m,), for each new position, its line among all new lines, from 1."""
+        return self.begins[self.order[:, 0] - 1] + self.order[:, 1]
 
 
 def revised(source: Source, replaced: Mapping[int, tuple[str, ...]]) -> Source:

@@ -118,7 +118,6 @@ class Reviser:
         self.by_tip = bool(self.rows.of_tip[0])
         self._require_one_frame()
         self.directions = self._directions()
-        self.names = (*self.letters, *self.directions)
         self.styles = dict(self._styles())
         self.shifts = self._shifts()
 
@@ -151,13 +150,7 @@ class Reviser:
         last = int(self.text.columns.lines[last_row])
         lines.setdefault(last, [self.source.lines[last - 1]]).extend(turn_out)
         replaced = {line: tuple(own) for line, own in lines.items()}
-        begins = {}
-        shift = 0
-        for line in sorted(replaced):
-            begins[line] = line + shift
-            shift += len(replaced[line]) - 1
-        row_lines = np.array([begins[line] + index for line, index in order])
-        return Revision(self.source, replaced, row_lines, first, last)
+        return Revision(self.source, replaced, np.array(order), first, last)
 
     # What the words say now.
 
@@ -227,15 +220,14 @@ class Reviser:
             for name, match in self._found(row).items():
                 seen.setdefault(name, []).append(match)
         plain = seen.get("X", seen.get("Y", []))
-        for name in (*self.names, "F"):
+        for name in (*self.letters, *self.directions, "F"):
             own = seen.get(name, plain)
             linear = name in "XYZ"
             kind = "direction" if name in self.directions else self.text.unit if linear else "angle"
             numbers = [match["number"] for match in own]
-            decimals = max((len(n.partition(".")[2]) for n in numbers), default=0)
-            bare = (
-                any(n.endswith(".") for n in numbers) or len({len(n.partition(".")[2]) for n in numbers}) > 1
-            )
+            lengths = {len(n.partition(".")[2]) for n in numbers}
+            decimals = max(lengths, default=0)
+            bare = any(n.endswith(".") for n in numbers) or len(lengths) > 1
             plus = any(n.startswith("+") for n in numbers)
             short = any(n.lstrip("+-").startswith(".") for n in numbers)
             gap = own[0]["gap"] if own else ""
