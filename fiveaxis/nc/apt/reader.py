@@ -240,16 +240,14 @@ _TABLE = "turns or moves the coordinate system, which isn't supported; let the C
 _STEPS = "makes coordinates incremental, which isn't supported; let the CAM system write absolute ones"
 _PLANE = "moves the tool to a height that isn't stated; let the CAM system write GOTO points"
 
+_CURVES = """
+ARC HELIX HELICAL GOFWD GOBACK GOLFT GORGT GOUP GODOWN TLON TLLFT TLRGT NURBS SPLINE BSPLIN BSPLINE POLYNOMIAL
+POCKET SCURV THREAD
+"""
 REFUSED = {
-    **dict.fromkeys(("ARC", "HELIX", "HELICAL"), _CURVE),
+    **dict.fromkeys(_CURVES.split(), _CURVE),
     **dict.fromkeys(
-        ("GOFWD", "GOBACK", "GOLFT", "GORGT", "GOUP", "GODOWN", "TLON", "TLLFT", "TLRGT"), _CURVE
-    ),
-    **dict.fromkeys(
-        ("NURBS", "SPLINE", "BSPLIN", "BSPLINE", "POLYNOMIAL", "POCKET", "SCURV", "THREAD"), _CURVE
-    ),
-    **dict.fromkeys(
-        ("COPY", "TRACUT", "CALL", "CALSUB", "DEFSUB", "MACRO", "LOOPST", "INDEX", "MIRROR"), _COPY
+        ["COPY", "TRACUT", "CALL", "CALSUB", "DEFSUB", "MACRO", "LOOPST", "INDEX", "MIRROR"], _COPY
     ),
     **dict.fromkeys(("ROTATE", "ROTABL", "ROTHED"), _TABLE),
     **dict.fromkeys(("SET", "MODE"), _STEPS),

@@ -46,8 +46,7 @@ from fiveaxis.nc.control.axis_track import Columns, Counting, motion_times, trav
 from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.running import note_assumptions, run_program, take_operation, why_nothing_moves
 from fiveaxis.nc.control.technology import TechnologyTrack
-from fiveaxis.nc.control.tip_frames import on_workpiece
-from fiveaxis.nc.control.zero_evidence import shift_to_part
+from fiveaxis.nc.control.tip_frames import on_workpiece, shift_to_part
 from fiveaxis.nc.formats import kind_of
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import require

@@ -35,8 +35,8 @@ from fiveaxis.nc.control.technology import (
     TechnologyReader,
     TechnologyTrack,
 )
+from fiveaxis.nc.control.tip_frames import depends_on_zero, judge_zero
 from fiveaxis.nc.control.wrapping import find_wrapping
-from fiveaxis.nc.control.zero_evidence import depends_on_zero, judge_zero
 from fiveaxis.nc.languages.choice import ISO, MILLPLUS, control_of, find_language, leader_length, tape_end
 from fiveaxis.nc.operations import Work, read_around, rows_of, uncertain_after
 from fiveaxis.nc.options import ReadOptions
