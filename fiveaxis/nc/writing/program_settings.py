@@ -15,7 +15,6 @@ from fiveaxis.base import (
     Severity,
     StrictModel,
     explain,
-    options_of,
     section_of,
     table_of,
 )
@@ -63,12 +62,8 @@ class ProgramSettings(_Settings):
 
     def named(self, name: str) -> ProgramSettings:
         """Name the program, unless it has a name."""
-        given = {option: getattr(self, option) for option in options_of(Framing)}
-        return (
-            self
-            if self.name is not None
-            else ProgramSettings(**given | {"name": name[:LONGEST_NAME] or None})
-        )
+        settings: Any = self  # type checkers see the options only
+        return self if self.name else settings.model_copy(update={"name": name[:LONGEST_NAME] or None})
 
     @property
     def goes_clear(self) -> bool:
