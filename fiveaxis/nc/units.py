@@ -103,7 +103,7 @@ class Units:
         machine : of the file, None if unknown
         """
         other, why = _other(self.now), " and ".join(size.faults(self.now, machine))
-        figures = f"{size.text(self.now)} as {self.now}, {size.text(other)} as {other}"
+        figures = self._figures(size)
         code, text, line = "", "", self.stated_line or self.used_line
         unit = self.now
         if why and (neither := " and ".join(size.faults(other, machine))):
@@ -132,13 +132,15 @@ class Units:
         ----------
         how : where the unit could stand
         """
-        other = _other(self.now)
-        figures = f"{size.text(self.now)} as {self.now}, {size.text(other)} as {other}"
         text = (
-            f"the file doesn't state its unit{how}; {self.now} is assumed, set unit={other} if it isn't: "
-            f"{figures}"
+            f"the file doesn't state its unit{how}; {self.now} is assumed, set unit={_other(self.now)} if it "
+            f"isn't: {self._figures(size)}"
         )
         return self.source.finding(severity, "unit-assumed", text, self.used_line)
+
+    def _figures(self, size: Size) -> str:
+        other = _other(self.now)
+        return f"{size.text(self.now)} as {self.now}, {size.text(other)} as {other}"
 
 
 @dataclass(frozen=True)

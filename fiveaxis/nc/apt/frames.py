@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fiveaxis.base import Array, Finding, Severity, inverse_transform, product
-from fiveaxis.nc.apt.statements import CATIA_FRAME, CREO, LONGEST_SHOWN, Statement
+from fiveaxis.nc.apt.statements import CATIA_FRAME, CREO, LONGEST_SHOWN, Statement, numbers_and_words
 from fiveaxis.nc.rows import LARGEST_POSITION
 
 # Tolerance of unit length and right angles of a frame's axes: files write at least 4 decimals.
@@ -119,11 +119,9 @@ def _same(a: tuple[Statement, Array | None], b: tuple[Statement, Array | None]) 
 
 def _transform(statement: Statement) -> Array | None:
     """Return a frame as a transform to the base, (4, 4); None for an unknown form."""
-    try:
-        numbers = np.array([float(m) for m in statement.minors])
-    except ValueError:
-        return None
-    if not np.all(np.abs(numbers) <= LARGEST_POSITION):
+    found, words = numbers_and_words(statement.minors)
+    numbers = np.array(found)
+    if words or not np.all(np.abs(numbers) <= LARGEST_POSITION):
         return None
     frame = np.eye(4)
     if statement.word == "MSYS" and len(numbers) == 9:

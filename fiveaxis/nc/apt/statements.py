@@ -99,20 +99,10 @@ def statements(source: Source) -> Iterator[Statement]:
     begun: list[str] = []
     first = 0
     for number, line in enumerate(source.lines, start=1):
-        if "$" not in line:
-            if not begun:
-                # Fast path: nearly all lines of a real file.
-                if line:
-                    text = line.strip()
-                    if text:
-                        yield _parse_statement(source, text, number)
-                continue
-            code, continued = line, False
-        else:
-            if CATIA_FRAME in line.upper():
-                yield _catia_frame(source, number)
-                continue
-            code, continued = _without_comment(line)
+        if "$" in line and CATIA_FRAME in line.upper():
+            yield _catia_frame(source, number)
+            continue
+        code, continued = _without_comment(line) if "$" in line else (line, False)
         if not begun:
             first = number
         if continued or (begun and not code.strip()):
