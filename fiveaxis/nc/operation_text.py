@@ -15,6 +15,7 @@ from fiveaxis.nc.control.axis_track import Columns
 from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.running import run_program, take_operation
 from fiveaxis.nc.formats import suffix_of
+from fiveaxis.nc.operations import rows_of
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.program import Program
 from fiveaxis.nc.source import Source, with_lines
@@ -209,8 +210,7 @@ def _states(interpreter: Interpreter) -> tuple[object, ...]:
     """Return what is in force in each row: technology, TCP and plane."""
     steps = interpreter.track.columns().steps
     track = interpreter.modes.technology.track(steps)
-    frames = [begin for begin, _ in interpreter.frames]
-    frame = np.searchsorted(frames, steps, side="right").tolist()
+    frame = rows_of(interpreter.frames, steps).tolist()
     return tuple(
         (track.states[state], interpreter.frames[at - 1][1] if at else None)
         for state, at in zip(track.state.tolist(), frame, strict=True)

@@ -9,7 +9,7 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -170,18 +170,16 @@ class Work:
         return part.first if isinstance(part, Unread) else int(self.lines[part][0])
 
     def _of(self, number: int, part: slice | Unread) -> Operation:
-        if isinstance(part, slice):
-            return self._operation(number, part)
-        return Operation(
-            number=number,
-            kind="unread",
-            first_line=part.first,
-            last_line=part.last,
-            language=self.language,
-            control=self.control,
-            unit=self.unit,
-            why=f"line {part.fault.line}: {part.fault.message}",
-        )
+        facts: dict[str, Any] = {"language": self.language, "control": self.control, "unit": self.unit}
+        if isinstance(part, Unread):
+            facts |= {"kind": "unread", "first_line": part.first, "last_line": part.last}
+            facts |= {"why": f"line {part.fault.line}: {part.fault.message}"}
+        else:
+            cutting, lines = self.kinds[part] == MoveKind.CUT, self.lines[part]
+            now, _ = self.states[self.state[part.start + int(np.argmax(cutting))]]
+            kind = "drilling" if self.drilled[part].any() else kind_of_work(self.axis[part], cutting)
+            facts |= {**vars(now), "kind": kind, "first_line": int(lines[0]), "last_line": int(lines[-1])}
+        return Operation(number=number, **facts)
 
     def _divided(self, part: IntArray | BoolArray, rows: slice) -> list[slice]:
         """Divide rows where two cuts in succession belong to different parts, at the first row of another."""
@@ -223,20 +221,6 @@ class Work:
         if isinstance(rows, Unread):
             raise rows.fault
         return operation, rows
-
-    def _operation(self, number: int, rows: slice) -> Operation:
-        cutting = self.kinds[rows] == MoveKind.CUT
-        now, _ = self.states[self.state[rows.start + int(np.argmax(cutting))]]
-        return Operation(
-            **vars(now),
-            number=number,
-            kind="drilling" if self.drilled[rows].any() else kind_of_work(self.axis[rows], cutting),
-            first_line=int(self.lines[rows][0]),
-            last_line=int(self.lines[rows][-1]),
-            language=self.language,
-            control=self.control,
-            unit=self.unit,
-        )
 
 
 def kind_of_work(axis: Array, cutting: BoolArray) -> OperationKind:

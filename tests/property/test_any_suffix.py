@@ -88,5 +88,5 @@ def test_the_table_of_a_motion_is_read_under_any_suffix(tmp_path: Path, suffix, 
     np.testing.assert_allclose(read_motion(load_source(file), machine).positions, motion.positions, atol=1e-8)
     path = read_toolpath(file, tool=Tool.ball(6), machine=machine)
     np.testing.assert_allclose(path.tips(path.axis), tool_poses(machine, motion.positions)[0], atol=1e-6)
-    with pytest.raises(FiveAxisError, match=r"is the table of a motion, not a program; .*read_motion"):
+    with pytest.raises(FiveAxisError, match=r"is the table of a motion, not a program; .*read_toolpath"):
         read_program(file, machine)

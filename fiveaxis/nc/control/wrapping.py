@@ -105,15 +105,10 @@ def find_wrapping(
     ToolpathError
         With file and line: the program's words are wrapped, and it doesn't state the rule.
     """
-    if wrap == "unwound":
-        return Wrapping()
-    own = None if wrap is not None else _stated(source)
-    rule, letters = (wrap, None) if own is None else own
-    if rule is None:
-        return Wrapping()
-    if language == SINUMERIK:
-        if wrap is not None:
-            raise SettingError(f"wrap = {wrap!r}, and Sinumerik words have their own (DC, ACP, ACN); omit it")
+    if language == SINUMERIK and wrap not in (None, "unwound"):
+        raise SettingError(f"wrap = {wrap!r}, and Sinumerik words have their own (DC, ACP, ACN); omit it")
+    rule, letters = (wrap, None) if wrap is not None else _stated(source) or (None, None)
+    if rule in (None, "unwound") or language == SINUMERIK:
         return Wrapping()
     if rule == "signed" and language == KLARTEXT:
         raise SettingError("wrap = 'signed', and Klartext takes the shorter direction; set wrap=shorter")
