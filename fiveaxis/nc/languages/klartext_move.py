@@ -7,9 +7,8 @@ import re
 
 from fiveaxis.base import Severity
 from fiveaxis.nc.languages.block import SPINDLE_M, Block, BlockError, m_number, put_word
-from fiveaxis.nc.languages.klartext_state import END_M, REFUSED_M, VALUE, Line, State
+from fiveaxis.nc.languages.klartext_state import END_M, REFUSED_M, VALUE, Line
 from fiveaxis.nc.languages.planes import TCP, turns
-from fiveaxis.nc.source import Source
 
 _WORD = re.compile(
     rf"(?P<fast>F ?MAX)(?![A-Z0-9])|(?P<auto>F ?AUTO)|(?P<direction>DR ?[+-])|(?P<side>R[0LR+-])(?![0-9A-Z.])"
@@ -29,15 +28,12 @@ _PLANE_ANGLES = {"A": "Q120", "B": "Q121", "C": "Q122"}
 class Move(Line):
     """A block of words."""
 
-    def __init__(self, source: Source, line: int, code: str, state: State) -> None:
-        super().__init__(source, line, code, state)
-        self.function = ""
-        self.rapid = self.machine = self.omitted = self.follows_m128 = self.ends_tcp = False
-        self.direction = ""
-        self.polar: dict[str, float] = {}
+    function = direction = ""
+    rapid = machine = omitted = follows_m128 = ends_tcp = False
 
     def read(self) -> None:
         """Read all words, then interpret them together."""
+        self.polar: dict[str, float] = {}
         code, at = self.code, 0
         found = _FUNCTION.match(code)
         if found is not None:

@@ -218,9 +218,10 @@ class State(CoordinateState):
         return self.pole
 
 
-class Line(Statement[State]):
+class Line(Statement):
     """One block with its continuation lines: single blanks, decimal points."""
 
+    state: State
     # A block to insert after this one, and whether it calls the cycle.
     after: Block | None = None
     calls: bool = False

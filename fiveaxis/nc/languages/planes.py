@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -75,10 +74,7 @@ class CoordinateState:
     positioned: bool = False
 
 
-S = TypeVar("S", bound=CoordinateState)
-
-
-class Statement(Generic[S]):
+class Statement:
     """One block of a Sinumerik or Klartext program while it is read; its readers raise BlockError.
 
     Parameters
@@ -88,10 +84,11 @@ class Statement(Generic[S]):
     state : modal state, updated by reading
     """
 
-    def __init__(self, source: Source, line: int, code: str, state: S) -> None:
+    # A block to insert before this one.
+    before: Block | None = None
+
+    def __init__(self, source: Source, line: int, code: str, state: CoordinateState) -> None:
         self.code, self.state, self.draft = code, state, Draft(source, line)
-        # A block to insert before this one.
-        self.before: Block | None = None
 
     def switch_tcp(self, *, on: bool) -> None:
         """Switch TCP."""

@@ -28,7 +28,6 @@ from fiveaxis.nc.languages.sinumerik_state import (
     State,
     refusal,
 )
-from fiveaxis.nc.source import Source
 
 _ASSIGN = re.compile(r"([A-Z_$][A-Z_][A-Z0-9_]*|[A-Z][0-9]*)\s*(\[[^\]\"]*\])?\s*=(?!=)")
 _WORD = re.compile(r"([A-Z])\s?([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))(?![0-9.])")
@@ -53,15 +52,14 @@ _NO_WORDS = {
 }
 
 
-class SinumerikStatement(Statement[State]):
+class SinumerikStatement(Statement):
     """One block, read from left to right and then as a whole."""
 
-    def __init__(self, source: Source, line: int, code: str, state: State) -> None:
-        super().__init__(source, line, code, state)
-        self.machine = self.modal_call = self.apart = self.returns = False
-        self.transform: str | None = None
-        self.plane_angle: float | None = None
-        self.hole: Hole | None = None
+    state: State
+    machine = modal_call = apart = returns = False
+    transform: str | None = None
+    plane_angle: float | None = None
+    hole: Hole | None = None
 
     def read(self) -> None:
         """Read all words, then interpret them together.
