@@ -109,6 +109,7 @@ from .machine.urdf import link_name as link_name
 from .machine.urdf import stand_ins as stand_ins
 from .motion.deviation import PATH_TOLERANCE as PATH_TOLERANCE
 from .motion.deviation import WRITTEN_TOLERANCE as WRITTEN_TOLERANCE
+from .motion.deviation import turns_on_the_spot as turns_on_the_spot
 from .motion.filling import Fill as Fill
 from .motion.filling import Filling as Filling
 from .motion.filling import own_slack as own_slack

@@ -10,7 +10,7 @@ from itertools import islice
 import numpy as np
 
 from fiveaxis.base import Array, BoolArray, Finding, IntArray, ToolpathError
-from fiveaxis.model import STANDSTILL, Machine, Motion
+from fiveaxis.model import STANDSTILL, Machine, Motion, turns_on_the_spot
 from fiveaxis.nc.words import feed_text
 from fiveaxis.nc.writing.feeds import (
     feed_form,
@@ -28,9 +28,6 @@ from fiveaxis.nc.writing.word_writer import WordWriter
 
 # s: shorter durations count as 0; no control reads their inverse time.
 SHORTEST = 1e-9
-
-# rad, tolerance on a turn by whole turns.
-WHOLE_TURN = 1e-9
 
 # rad: chords of this angle are within 0.1 mm of the tip's circle, half a metre from the axis.
 PART_OF_TURN = np.radians(2.0)
@@ -132,14 +129,11 @@ def turned_on_the_spot(motion: Motion, machine: Machine) -> tuple[Motion, IntArr
     The tip's position is the same after a whole turn, so TCP control would hold the tip there and make the
     linear axes follow the table. The parts' tip positions keep the linear axes at rest.
     """
-    turns = np.abs(motion.moves[:, machine.rotary_columns])
-    at_rest = (np.abs(motion.moves[:, machine.linear_columns]) < STANDSTILL).all(axis=1)
-    whole = np.abs(np.remainder(turns + np.pi, 2.0 * np.pi) - np.pi) < WHOLE_TURN
-    rewinds = at_rest & whole.all(axis=1) & (turns > np.pi).any(axis=1)
-    most = turns.max(axis=1, initial=0.0)
-    parts = np.where(rewinds, np.ceil(most / PART_OF_TURN), 1.0).astype(np.int64)
+    most = np.abs(motion.moves[:, machine.rotary_columns]).max(axis=1, initial=0.0)
+    rewinds = turns_on_the_spot(machine, motion.moves) & (most > np.pi)
     if not rewinds.any():
         return motion, np.arange(len(motion))
+    parts = np.where(rewinds, np.ceil(most / PART_OF_TURN), 1.0).astype(np.int64)
     owner, left = split_moves(parts)
     return (
         replace(
