@@ -38,6 +38,8 @@ _CALL = re.compile(
     re.IGNORECASE,
 )
 _COMMENT = re.compile(r"\([^)]*\)|;.*|\"[^\"]*\"")
+# Chord between two tool axes that count as the same: files write 6 to 7 decimals.
+SAME_AXIS = 2e-6
 # Most parts: each costs a reading of the program.
 MOST_UNREAD = 50
 
@@ -106,20 +108,14 @@ def uncertain_after(source: Source, part: Unread, line: int) -> list[str]:
     """List what unread lines may have changed, and no line from there to `line` states again."""
     texts = [_code(text) for text in source.lines]
     inside, after = texts[part.first - 1 : part.last], texts[part.last : line]
-    any_of_them = any(_CALL.search(text) for text in inside)
-    changed = {n for n, p in _GROUPS.items() if any(p.search(t) for t in inside)}
-    if any_of_them:
-        # A program that never states a mode has it from the control's start.
-        changed = {n for n, p in _GROUPS.items() if any(p.search(t) for t in texts)}
+    # What is called may state any of them; a program that never states one has it from the control's start.
+    stating = texts if any(map(_CALL.search, inside)) else inside
+    changed = {n for n, p in _GROUPS.items() if any(map(p.search, stating))}
     return [n for n, p in _GROUPS.items() if n in changed and not any(p.search(t) for t in after)]
 
 
 def _code(text: str) -> str:
     return _COMMENT.sub("", text)
-
-
-# Chord between two tool axes that count as the same: files write 6 to 7 decimals.
-SAME_AXIS = 2e-6
 
 
 @dataclass(frozen=True, eq=False)

@@ -48,6 +48,27 @@ _REFUSED = {
 }
 _FIRST_COMMENT = re.compile(r"\([^)]*\)")
 
+Told = tuple[str, Severity, str]
+
+_COUNTED: dict[str, Counted] = {"T": "tool_number", "S": "spindle_rpm", "H": "length_offset"}
+# Other lines have nothing to look at.
+_WORTH = re.compile("[TSHPtshp(;]")
+_NUMBERS = re.compile(r"(?<![A-Z0-9_.\[#<$])([TSH]) *([0-9]+(?:\.[0-9]*)?)")
+_TOOL_CALL = re.compile(r"(TOOL CALL|(?<![A-Z0-9])S) *([0-9]+(?:\.[0-9]*)?)")
+# Work offsets beyond the first six, of Fanuc and Haas.
+_OFFSET = re.compile(r"(?<![A-Z0-9])(G *54\.1|G *154) *P *([0-9]+)")
+_TEXT_OF_COMMENT = re.compile(r"\(([^()]*)|;(.*)")
+
+# Unit of lengths -> least input increment of most controls (IS-B).
+LEAST_INCREMENT = {"mm": 0.001, "inch": 0.0001}
+# deg, of angles in either unit.
+LEAST_ANGLE = 0.001
+
+_COMMENT = re.compile(r"(\([^)]*\)|;.*)")
+_WITH_POINT = re.compile(r"(?<![A-Z])[XYZABCUVW] *[-+]?[0-9]*\.", re.IGNORECASE)
+_WITHOUT = re.compile(r"(?<![A-Z])([XYZABCUVWIJKR]) *([-+]?[0-9]+)(?![0-9.])", re.IGNORECASE)
+_FEED_WITHOUT = re.compile(r"(?<![A-Z])(F) *([0-9]+)(?![0-9.])", re.IGNORECASE)
+
 
 @dataclass
 class ControlRules:
@@ -173,18 +194,6 @@ class ControlRules:
                         yield key, line, f"{what}: {' and '.join(told)}"
 
 
-Told = tuple[str, Severity, str]
-
-_COUNTED: dict[str, Counted] = {"T": "tool_number", "S": "spindle_rpm", "H": "length_offset"}
-# Other lines have nothing to look at.
-_WORTH = re.compile("[TSHPtshp(;]")
-_NUMBERS = re.compile(r"(?<![A-Z0-9_.\[#<$])([TSH]) *([0-9]+(?:\.[0-9]*)?)")
-_TOOL_CALL = re.compile(r"(TOOL CALL|(?<![A-Z0-9])S) *([0-9]+(?:\.[0-9]*)?)")
-# Work offsets beyond the first six, of Fanuc and Haas.
-_OFFSET = re.compile(r"(?<![A-Z0-9])(G *54\.1|G *154) *P *([0-9]+)")
-_TEXT_OF_COMMENT = re.compile(r"\(([^()]*)|;(.*)")
-
-
 def beyond_table(source: Source, dialect: Dialect) -> Iterator[Finding]:
     """Report lines that the control refuses, or on whose comments it acts: the first of each kind."""
     told: set[str] = set()
@@ -232,17 +241,6 @@ def _commented(comment: str, dialect: Dialect) -> Iterator[Told]:
     elif does == "runs":
         what = f"({comment.strip()}) isn't a comment: {whose} runs it, and what it does isn't read"
         yield "runs", Severity.WARNING, what
-
-
-# Unit of lengths -> least input increment of most controls (IS-B).
-LEAST_INCREMENT = {"mm": 0.001, "inch": 0.0001}
-# deg, of angles in either unit.
-LEAST_ANGLE = 0.001
-
-_COMMENT = re.compile(r"(\([^)]*\)|;.*)")
-_WITH_POINT = re.compile(r"(?<![A-Z])[XYZABCUVW] *[-+]?[0-9]*\.", re.IGNORECASE)
-_WITHOUT = re.compile(r"(?<![A-Z])([XYZABCUVWIJKR]) *([-+]?[0-9]+)(?![0-9.])", re.IGNORECASE)
-_FEED_WITHOUT = re.compile(r"(?<![A-Z])(F) *([0-9]+)(?![0-9.])", re.IGNORECASE)
 
 
 def has_points(source: Source) -> bool:

@@ -94,6 +94,15 @@ NOT_WORDS = reasons(
     (r",[A-Z]", "is a chamfer or a rounding, which isn't supported; post its moves"),
 )
 
+FRAME_WORDS = ("G52", "G53.1", "G68.2", "G69")
+# P of G68.2 -> the words of each of its lines, beside P and Q. Q0 of P2 is left out: Fanuc counts it in the
+# plane, LinuxCNC on the workpiece.
+BY_LINES = {2.0: ("XYZ", "XYZ", "XYZ"), 3.0: ("XYZIJK", "IJK")}
+# Cosine between the vectors of P3, which controls straighten or refuse, and sine of the angle
+# at the origin of P2.
+SAME_DIRECTION = 1e-4
+_PART = re.compile(r"G0*68\.2(?![0-9])(?=.*P0*([23])\.?0*(?![0-9.]))(?=.*Q0*([1-3])\.?0*(?![0-9.]))")
+
 _CHANGES = re.compile("M0*6(?![0-9])")
 # The name of a program: <PART>, O<PART>, :0001, and $PART.MIN% of Okuma.
 _NAMED = re.compile(r"(?:N[0-9]+)?(?:O?<[A-Z0-9_.+-]+>|\$[A-Z0-9_-]+\.MIN%?|:[0-9]+)")
@@ -236,16 +245,6 @@ def _explain(code: str) -> str:
             return f"{found[0]!r} {reason}"
     rest = next(part for part in WORD.split(code)[::3] if part)
     return f"{rest[:20]!r} isn't a word of a letter and a number; correct it"
-
-
-FRAME_WORDS = ("G52", "G53.1", "G68.2", "G69")
-# P of G68.2 -> the words of each of its lines, beside P and Q. Q0 of P2 is left out: Fanuc counts it in the
-# plane, LinuxCNC on the workpiece.
-BY_LINES = {2.0: ("XYZ", "XYZ", "XYZ"), 3.0: ("XYZIJK", "IJK")}
-# Cosine between the vectors of P3, which controls straighten or refuse, and sine of the angle
-# at the origin of P2.
-SAME_DIRECTION = 1e-4
-_PART = re.compile(r"G0*68\.2(?![0-9])(?=.*P0*([23])\.?0*(?![0-9.]))(?=.*Q0*([1-3])\.?0*(?![0-9.]))")
 
 
 def is_unfinished(code: str) -> bool:
