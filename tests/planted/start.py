@@ -1,7 +1,7 @@
 """Faults at start and end: what a program may have left on stays on, or is switched on again."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
@@ -47,10 +47,16 @@ STALE = {
 WORDS = {**dict.fromkeys(ISO, ("G40", "G49", "G80")), "sinumerik": ("G40",)}
 
 
+def _stale_words(subject: Subject) -> Iterable[str]:
+    # LinuxCNC has a word for TCP only where it is configured, so its other programs have none.
+    tcp = ["^M429$"] if (subject.control, subject.mode) == ("linuxcnc", "tip") else []
+    return [*STALE.get(subject.control, {}).values(), *tcp]
+
+
 def stale(subject: Subject, _: np.random.Generator) -> Iterator[Text]:
     """One thing that an earlier program may have left on isn't switched off."""
     text, begin = subject.text, subject.text.approach[0] if subject.text.approach else 0
-    for words in STALE.get(subject.control, {}).values():
+    for words in _stale_words(subject):
         (line, *_rest) = text.find(re.compile(words), 0, begin)
         yield text.replaced(line).numbered()
     for word in WORDS.get(subject.control, ()):
@@ -61,7 +67,7 @@ def stale(subject: Subject, _: np.random.Generator) -> Iterator[Text]:
 def too_late(subject: Subject, _: np.random.Generator) -> Iterator[Text]:
     """What is left on is switched off only after the first move."""
     text, begin = subject.text, subject.text.approach[0] if subject.text.approach else 0
-    for words in STALE.get(subject.control, {}).values():
+    for words in _stale_words(subject):
         line = text.find(re.compile(words), 0, begin)[0]
         was = re.sub(r"^\d+ (?=\D)", "", text.lines[line])
         yield text.inserted(begin + 1, was).replaced(line).numbered()

@@ -60,7 +60,8 @@ class StartAndEnd:
     def modes(self) -> list[str]:
         """Modes, work offset, retract, tool, spindle, coolant: all before the first move on the workpiece."""
         dialect, settings = self.writer.dialect, self.settings
-        lines, offset = self._fill((*dialect.safe_start, *dialect.smoothing)), self.work_offset
+        lines = [*self.reset(), *self._fill((*dialect.safe_start, *dialect.smoothing))]
+        offset = self.work_offset
         lines += dialect.work_offset.format(offset=offset).splitlines() if offset else []
         lines += self._retract()
         if settings.tool_number is not None:
@@ -77,6 +78,15 @@ class StartAndEnd:
         if self.winding == "modulo" and dialect.modulo is not None:
             lines += dialect.modulo.on
         return lines
+
+    def reset(self) -> list[str]:
+        """Switch off the mode of the coordinates first, where the control's safe start doesn't.
+
+        Under TCP, which an earlier program or LinuxCNC's start may have left on, G53 moves the tip there.
+        """
+        dialect, off = self.writer.dialect, self._fill(self.writer.mode.off)
+        known = cancelled_by(dialect)[1]
+        return off if _switched_off(dialect, off, off)[1].keys() - known.keys() else []
 
     def before_cuts(self) -> list[str]:
         """Lines that put in force what is needed in the cuts, without their positions."""
@@ -355,7 +365,7 @@ class RequiredTechnology:
     control, language : of its programs
     technology : spindle and tool as in the settings, offsets and coolant as the control's words for the
         settings put them in force
-    cancelled : modes that the control's safe start switches off, with the block that does
+    cancelled : modes that the start of its programs switches off, with the block that does
     ended : modes that its end switches off, likewise
     spindle, tool, coolant : whether the settings give them; what they don't give isn't checked
     before, after : mm, where Z may go in machine coordinates before the cuts, and after them; none if
@@ -382,7 +392,7 @@ class RequiredTechnology:
         if dialect.language != "blocks":
             return None
         around = StartAndEnd(writer, settings, "unwound")
-        end = [*around.head(), *around.end()]
+        reset, end = around.reset(), [*around.head(), *around.end()]
         reader = read_technology(Source(f"program{dialect.suffix}", around.before_cuts()))
         technology = reader.now
         retract = () if settings.retract is None else (settings.retract,)
@@ -399,7 +409,7 @@ class RequiredTechnology:
             spindle=settings.spindle_rpm is not None,
             tool=settings.tool_number is not None,
             coolant=settings.coolant is not None,
-            cancelled=cancelled_by(dialect)[1],
+            cancelled=_switched_off(dialect, reset, reset)[1] | cancelled_by(dialect)[1],
             ended=_switched_off(dialect, end, end)[1],
             before=retract,
             after=(*retract, *((0.0,) if "Z" in settings.home else ())),

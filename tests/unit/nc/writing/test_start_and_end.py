@@ -61,6 +61,21 @@ def test_a_fanuc_that_goes_nowhere_clear_keeps_the_length_and_says_so(coordinate
     assert "NOT WRITTEN: G49" not in again.text
 
 
+def test_linuxcnc_is_in_identity_before_the_first_move_of_a_program_under_tcp():
+    """Its table kinematics start under TCP, where G53 moves the tip: sideways if the table is tilted."""
+    lines = code_of("linuxcnc", "tip", retract=0.0, **FULL)
+    assert lines.index("M429") < place(lines[: lines.index("M428")], "G53 G0 Z")
+    assert "M429" not in code_of("linuxcnc", "axes", retract=0.0, **FULL)
+    assert code_of("linuxcnc-switchkins", "tip", retract=0.0, **FULL).count("M429") == 2
+
+
+@pytest.mark.parametrize(("control", "coordinates"), BLOCKS)
+def test_nothing_is_switched_off_twice_before_the_first_move(control, coordinates):
+    lines = code_of(control, coordinates, retract=0.0, **FULL)
+    start = lines[: next(i for i, line in enumerate(lines) if " Z" in line)]
+    assert len(set(start)) == len(start)
+
+
 def test_words_that_contain_the_length_have_none_added():
     lines = code_of("fanuc", "axes", OPEN.with_tool_length(100.0), retract=0.0, **FULL)
     assert not any("G43" in line for line in lines)
