@@ -17,10 +17,9 @@ from fiveaxis.posture.turns.stops import (
     Rewind,
     UnwrappedPath,
     bounds_between,
-    clear_retracts,
+    find_retracts,
     find_stops,
     link_feed,
-    retract_ends,
     turn_feed,
     with_turn_changes,
 )
@@ -221,13 +220,9 @@ def _linear_remedy(course: UnwrappedPath, machine: Machine, column: int) -> Iter
     inner = 1 + np.flatnonzero(course.admitted[1:-1])
     if not len(inner):
         return
-    distance = clear_retracts(course, machine, column, inner)
-    known = np.isfinite(distance)
-    ends = retract_ends(course, machine, inner, np.where(known, distance, 0.0))
-    low, high = machine.low[machine.linear_columns], machine.high[machine.linear_columns]
-    past = np.maximum(np.maximum(low - ends, ends - high), 0.0).max(axis=(0, 2))
+    distance, ends, past = find_retracts(course, machine, column, inner)
     stop = np.full(len(course.row), np.inf)
-    stop[inner] = np.where(known & np.isfinite(past), past, np.inf)
+    stop[inner] = np.where(np.isfinite(distance) & np.isfinite(past), past, np.inf)
     angles = course.rotary[:, machine.rotary_columns.index(column)]
     turns = plan_turns(angles, machine.axes[column].limits, stop)
     if turns is None:

@@ -189,7 +189,8 @@ def find_stops(
     in_cut = np.append(cutting[1:], False) & (cutting | (np.arange(n) == 0))
     retract = np.full(n, np.inf)
     rows = 1 + np.flatnonzero(course.admitted[1:-1])
-    retract[rows] = retracts_within_limits(course, machine, column, rows)
+    away, _, past = find_retracts(course, machine, column, rows)
+    retract[rows] = np.where(past <= ON_LIMIT, away, np.inf)
     distance = np.where(np.isfinite(retract), retract, 0.0)
     axes = tool_axes(machine, rotary)
     tip, off = toolpath.tips(axes), distance[:, None] * axes
@@ -230,28 +231,24 @@ def turn_feed(machine: Machine, column: int, feed: float) -> float:
     return feed if fastest is None else float(np.degrees(fastest))
 
 
-def retracts_within_limits(course: UnwrappedPath, machine: Machine, column: int, rows: IntArray) -> Array:
-    """Measure retract distances as `clear_retracts` does; infinite also beyond the linear limits.
+def find_retracts(
+    course: UnwrappedPath, machine: Machine, column: int, rows: IntArray
+) -> tuple[Array, Array, Array]:
+    """Find how far the tool backs off at locations, (m,), and whether the linear axes can.
 
-    The limits hold at both ends of the retract, and so between them: linear axes are linear in the tip.
+    Returns
+    -------
+    distance : (m,), mm, as of `clear_retracts`
+    ends : (2, m, linear axes), mm, before and after; where no distance was found it counts as 0
+    past : (m,), mm, how far they are beyond their limits, which hold between both ends as they do there:
+        linear axes are linear in the tip
     """
-    distance = clear_retracts(course, machine, column, rows)
-    low, high = machine.low[machine.linear_columns], machine.high[machine.linear_columns]
-    ends = retract_ends(course, machine, rows, np.where(np.isfinite(distance), distance, 0.0))
-    inside = (ends >= low - ON_LIMIT) & (ends <= high + ON_LIMIT)
-    return np.where(inside.all(axis=(0, 2)), distance, np.inf)
-
-
-def retract_ends(course: UnwrappedPath, machine: Machine, rows: IntArray, distance: Array) -> Array:
-    """Solve the linear axes at locations, (m,), and backed off from them, (m,) mm: (2, m, linear axes) mm."""
-    rotary = course.rotary
-    axis = tool_axes(machine, rotary)
-    tip = course.toolpath.tips(axis)[rows]
-    ends = [
-        linear_positions(machine, tip + d[:, None] * axis[rows], rotary[rows])
-        for d in (0.0 * distance, distance)
-    ]
-    return np.stack(ends)[..., machine.linear_columns]
+    distance, axis = clear_retracts(course, machine, column, rows), tool_axes(machine, course.rotary)
+    off = np.where(np.isfinite(distance), distance, 0.0)[:, None] * axis[rows]
+    tip, rotary = course.toolpath.tips(axis)[rows], course.rotary[rows]
+    ends = np.stack([linear_positions(machine, at, rotary) for at in (tip, tip + off)])
+    past = np.maximum(machine.limit_excess(ends), 0.0)[..., machine.linear_columns].max(axis=(0, 2))
+    return distance, ends[..., machine.linear_columns], past
 
 
 def clear_retracts(course: UnwrappedPath, machine: Machine, column: int, rows: IntArray) -> Array:
