@@ -29,7 +29,7 @@ from fiveaxis.cam.contour.passes import FARTHEST, LeftOut, Pass, split_passes
 from fiveaxis.cam.contour.sections import level_curvature, scallop_levels, section_levels, section_loops
 from fiveaxis.cam.contour.spiral import Turns, join_spirals
 from fiveaxis.cam.mesh.cad.choice import of_faces, uncut_findings
-from fiveaxis.cam.mesh.distance import TriangleTree
+from fiveaxis.cam.mesh.distance import tree_of
 from fiveaxis.cam.mesh.loading import (
     body_findings,
     other_sizes,
@@ -141,7 +141,7 @@ def plan_passes(part: MeshSource, tool: Tool, options: PlanOptions) -> Plan:
             f"{other_sizes(size, unit)}",
             file=name,
         )
-    space = BallSpace(TriangleTree.build(surface.triangles), leaning.ball, model)
+    space = BallSpace(tree_of(surface), leaning.ball, model)
     sampling = Sampling(leaning.ball, options.spacing, leaning.roundest)
     levels, farthest, left_out = _cut_levels(chosen, space, options, leaning, sampling, name)
     outer = leaning.outer

@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -20,7 +19,7 @@ from fiveaxis.base import Array, IntArray, angle_between
 from fiveaxis.cam.contour.ball_space import BallSpace
 from fiveaxis.cam.contour.contacts import Contacts, Sampling
 from fiveaxis.cam.contour.passes import LeftOut, Pass, neighbours
-from fiveaxis.cam.mesh.distance import TriangleTree
+from fiveaxis.cam.mesh.distance import TriangleTree, tree_of
 from fiveaxis.cam.mesh.surface import Surface
 
 # Most halvings of moves of a turn that are longer than the spacing.
@@ -105,11 +104,6 @@ class Turns:
     space: BallSpace
     sampling: Sampling
 
-    @cached_property
-    def tree(self) -> TriangleTree:
-        """The surface's triangles in a tree."""
-        return TriangleTree.build(self.surface.triangles)
-
     def between(self, upper: Pass, lower: Pass) -> tuple[Pass, Pass] | None:
         """Find the turn from one ring, opened, whose last row repeats its first, to the next, a closed one.
 
@@ -158,7 +152,7 @@ class Turns:
         Where the ball rolls about an edge, or the nearest facet lies beyond the edge, the normals stay.
         """
         surface = self.surface
-        foot, triangle, _ = self.tree.nearest(near.points)
+        foot, triangle, _ = tree_of(surface).nearest(near.points)
         facets = surface.facet_normals[triangle]
         foot, smoothed = surface.onto(foot, triangle)
         if surface.model is None:
