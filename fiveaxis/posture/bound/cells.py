@@ -167,7 +167,7 @@ def _swing(machine: Machine, axis: Array, sides: tuple[Side, Side]) -> Array:
 Enclosed = tuple[IntArray, Array, Array]
 
 
-class _Window(NamedTuple):
+class Window(NamedTuple):
     """What all locations have in common.
 
     Parameters
@@ -185,21 +185,25 @@ class _Window(NamedTuple):
     half: Array
     offset: float
 
+    @classmethod
+    def of(cls, cells: AngleCells, tilt: TiltBounds, machine: Machine, offset: float) -> Window:
+        """Widen the bounds on the lean by the swing of each cell, and the machine's limits by rounding."""
+        linear = machine.linear_columns
+        return cls(
+            least=np.stack([np.cos(np.minimum(b.high + cells.swing, np.pi)) - ROUNDING for b in tilt.all]),
+            most=np.stack([np.cos(np.maximum(b.low - cells.swing, 0.0)) + ROUNDING for b in tilt.all]),
+            low=np.maximum(machine.low[linear], -HUGE) - ROUNDING,
+            high=np.minimum(machine.high[linear], HUGE) + ROUNDING,
+            half=np.array([0.5 * side.step for side in cells.sides]),
+            offset=float(offset),
+        )
 
-def enclose(cells: AngleCells, toolpath: Toolpath, tilt: TiltBounds, machine: Machine) -> list[Enclosed]:
+
+def enclose(cells: AngleCells, window: Window, toolpath: Toolpath, tilt: TiltBounds) -> list[Enclosed]:
     """Enclose the admissible postures of some locations, in cells of the machine and the path's zone.
 
     The cells of each location are returned; none where no posture is admissible.
     """
-    linear = machine.linear_columns
-    window = _Window(
-        least=np.stack([np.cos(np.minimum(b.high + cells.swing, np.pi)) - ROUNDING for b in tilt.all]),
-        most=np.stack([np.cos(np.maximum(b.low - cells.swing, 0.0)) + ROUNDING for b in tilt.all]),
-        low=np.maximum(machine.low[linear], -HUGE) - ROUNDING,
-        high=np.minimum(machine.high[linear], HUGE) + ROUNDING,
-        half=np.array([0.5 * side.step for side in cells.sides]),
-        offset=float(toolpath.zone.offset),
-    )
     references = np.stack([b.reference for b in tilt.all], axis=1)
     normals = np.nan_to_num(toolpath.normal)
     return [
@@ -209,17 +213,19 @@ def enclose(cells: AngleCells, toolpath: Toolpath, tilt: TiltBounds, machine: Ma
 
 
 @compiled
-def _enclose(cells: AngleCells, window: _Window, pivot: Array, normal: Array, reference: Array) -> Enclosed:
+def _enclose(cells: AngleCells, window: Window, pivot: Array, normal: Array, reference: Array) -> Enclosed:
     """Enclose the admissible postures of a location."""
-    kept, near = 0, _admitted(cells.axis, window, reference)
+    # By name: numba counts references to an array that it takes out of a record.
+    _, axis, swing, matrix, shift, slope_middle, slope_radius = cells
+    kept, near = 0, _admitted(axis, window, reference)
     low, high = np.empty((len(near), 3)), np.empty((len(near), 3))
     for c in near:
         inside = True
         for k in range(3):
-            row, slopes = cells.matrix[c, k], (cells.slope_middle[c, k], cells.slope_radius[c, k])
-            middle, reach = _linear_range(row, cells.shift[c, k], slopes, pivot, window.half)
+            row, slope, spread = matrix[c, k], slope_middle[c, k], slope_radius[c, k]
+            middle, reach = _linear_range(row, shift[c, k], slope, spread, pivot, window.half)
             if window.offset != 0.0:
-                beside, spreading = _offset_range(cells.axis[c], cells.swing[c], row, slopes, normal, window)
+                beside, spreading = _offset_range(axis[c], swing[c], row, slope, spread, normal, window)
                 middle, reach = middle + beside, reach + spreading
             reach = reach * (1.0 + ROUNDING) + ROUNDING
             least, most = middle - reach, middle + reach
@@ -237,7 +243,7 @@ def _enclose(cells: AngleCells, window: _Window, pivot: Array, normal: Array, re
 
 
 @compiled
-def _admitted(axis: Array, window: _Window, reference: Array) -> IntArray:
+def _admitted(axis: Array, window: Window, reference: Array) -> IntArray:
     """Find the cells that may keep the bounds on the lean; a reference of NaN binds nothing."""
     found, count = np.empty(len(axis), np.int64), 0
     for c in range(len(axis)):
@@ -257,13 +263,13 @@ def _admitted(axis: Array, window: _Window, reference: Array) -> IntArray:
 
 @compiled
 def _linear_range(
-    row: Array, shift: float, slopes: tuple[Array, Array], pivot: Array, half: Array
+    row: Array, shift: float, slope_middle: Array, slope_radius: Array, pivot: Array, half: Array
 ) -> tuple[float, float]:
     """Enclose a linear axis over a cell: the middle and the radius about it, mm.
 
     Mean value form: the largest slope by each angle, times half the width.
     """
-    middle, reach, (slope_middle, slope_radius) = shift, 0.0, slopes
+    middle, reach = shift, 0.0
     for j in range(3):
         middle += row[j] * pivot[j]
     for a in range(2):
@@ -277,13 +283,19 @@ def _linear_range(
 
 @compiled
 def _offset_range(
-    axis: Array, swing: float, row: Array, slopes: tuple[Array, Array], normal: Array, window: _Window
+    axis: Array,
+    swing: float,
+    row: Array,
+    slope_middle: Array,
+    slope_radius: Array,
+    normal: Array,
+    window: Window,
 ) -> tuple[float, float]:
     """Enclose an axis' share of an offset a beside the tool axis, ``M·a·e``: middle and radius, mm.
 
     Over a cell e turns by at most the swing over the sine of the lean.
     """
-    cosine, along, own, size, (slope_middle, slope_radius) = 0.0, 0.0, 0.0, 0.0, slopes
+    cosine, along, own, size = 0.0, 0.0, 0.0, 0.0
     for j in range(3):
         cosine += axis[j] * normal[j]
         along += row[j] * normal[j]

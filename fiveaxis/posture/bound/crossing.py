@@ -12,7 +12,7 @@ import numpy as np
 
 from fiveaxis.base import STAGES, Array, IntArray, Progress
 from fiveaxis.model import Machine, TiltBounds, Toolpath
-from fiveaxis.posture.bound.cells import AngleCells, enclose
+from fiveaxis.posture.bound.cells import AngleCells, Window, enclose
 from fiveaxis.posture.bound.corners import FAR, Corners, Lattice
 from fiveaxis.posture.bound.sweep import Neighbours, Prices, find_sources, grouped, quantum_of, reach
 
@@ -145,10 +145,11 @@ def _touched(
     visits: Visits, cells: AngleCells, lattice: Lattice, pool: ThreadPoolExecutor
 ) -> Iterator[Corners]:
     """Find the corners that each visit touches; those of the next chunks while one is worked on."""
+    window = Window.of(cells, visits.tilt, visits.machine, visits.toolpath.zone.offset)
 
     def find(rows: IntArray) -> list[Corners]:
         some = visits.toolpath.at(rows), visits.tilt.at(rows)
-        return [lattice.touch(enclosed) for enclosed in enclose(cells, *some, visits.machine)]
+        return [lattice.touch(enclosed) for enclosed in enclose(cells, window, *some)]
 
     count = len(visits.toolpath)
     chunks = iter(np.array_split(np.arange(count), -(-count // CHUNK)))

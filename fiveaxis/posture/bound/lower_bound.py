@@ -25,7 +25,7 @@ from fiveaxis.model import (
     least_travel_costs,
     travel_costs,
 )
-from fiveaxis.posture.bound.cells import HUGE, AngleCells, cut_cells, enclose
+from fiveaxis.posture.bound.cells import HUGE, AngleCells, Window, cut_cells, enclose
 from fiveaxis.posture.bound.climb import FIRST_CELLS, FIRST_STEP, Climb, Level
 from fiveaxis.posture.bound.corners import Lattice
 from fiveaxis.posture.bound.crossing import Crossed, Visits, cross
@@ -196,7 +196,8 @@ def _climb(visits: Visits, work: float, progress: Progress) -> tuple[float, int]
 def _ranges(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> list[tuple[Array, Array]]:
     """Enclose the linear axes in every cell that may be admissible at each location, (c, 3) mm each."""
     cells = cut_cells(machine, toolpath.zone, FIRST_STEP / FIRST_CELLS)
-    return [(low, high) for _cell, low, high in enclose(cells, toolpath, tilt, machine)]
+    window = Window.of(cells, tilt, machine, toolpath.zone.offset)
+    return [(low, high) for _cell, low, high in enclose(cells, window, toolpath, tilt)]
 
 
 def lay_lattice(visits: Visits, level: Level, hull: tuple[Array, Array]) -> tuple[AngleCells, Lattice]:
