@@ -55,6 +55,8 @@ def check_joins(context: CheckContext, read: TracedProgram) -> Iterator[Result]:
         if length_off:
             above = not is_off and _is_above(context, last, row)
             fault = None if is_off or above else ("length-off", Severity.WARNING, _LENGTH_OFF)
+        elif join.of_tip:
+            fault = _of_tip(context, join, row)
         elif join.tcp and not stays:
             fault = _under_tcp(join, track.language == KLARTEXT.name, is_off)
         stands = not (is_off or length_off) and row == last
@@ -85,6 +87,28 @@ def _under_tcp(join: Join, klartext: bool, is_off: bool) -> tuple[str, Severity,
     return "tcp-state", Severity.ERROR, text
 
 
+def _of_tip(context: CheckContext, join: Join, row: int) -> tuple[str, Severity, str] | None:
+    """Find a machine move that LinuxCNC makes with the tip, but not of Z where the part's is the machine's.
+
+    Its control moves Y and not Z by G53 Z with the table at A90 (`findings/linuxcnc_g53_moves_the_tip.sh`).
+    """
+    if join.axes == "Z" and np.allclose(_raised(context, row)[0], (0.0, 0.0, 1.0), atol=ASIDE):
+        return None
+    text = (
+        f"TCP is on at {join.word} (M428), so LinuxCNC moves the tip along the part's axes, which is "
+        "sideways where the table is tilted; write M429 before it"
+    )
+    return "tcp-state", Severity.ERROR, text
+
+
+def _raised(context: CheckContext, row: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return how the tip moves, mm, as Z moves by 1 mm, and the tool's axis, both in the workpiece frame."""
+    both = np.vstack([context.positions[row]] * 2)
+    both[1, context.machine.column("Z")] += 1.0
+    tip, axis = tool_poses(context.machine, both)
+    return tip[1] - tip[0], axis[0]
+
+
 def _rise(context: CheckContext, back: np.ndarray, row: int) -> float:
     """Measure how far, mm, the moves up to a row have gone back along the tool's axis, without a turn."""
     begin = row
@@ -97,11 +121,7 @@ def _in_cut(context: CheckContext, join: Join, row: int) -> tuple[str, Severity,
     """Find what is wrong with a join at which the tool stands where a cut, at a row, has ended."""
     severity, what = Severity.WARNING, "the control's own way off isn't checked"
     if join.moves and join.axes == "Z":
-        machine = context.machine
-        both = np.vstack([context.positions[row]] * 2)
-        both[1, machine.column("Z")] += 1.0
-        tip, axis = tool_poses(machine, both)
-        if float(np.linalg.norm(np.cross(tip[1] - tip[0], axis[0]), axis=-1)) <= ASIDE:
+        if float(np.linalg.norm(np.cross(*_raised(context, row)), axis=-1)) <= ASIDE:
             return None  # it goes back along the tool
         what = "Z moves aside of the tool's axis"
     elif join.moves and join.axes and "Z" not in join.axes:

@@ -119,6 +119,7 @@ class Join(NamedTuple):
     axes : letters that a machine move names
     moves : whether it is a machine move
     tcp : whether TCP is on
+    of_tip : whether machine coordinates are the tip's there, as on LinuxCNC under M428
     """
 
     line: int
@@ -127,6 +128,7 @@ class Join(NamedTuple):
     axes: str
     moves: bool
     tcp: bool
+    of_tip: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,6 +217,7 @@ class TechnologyReader:
     _incremental: bool = False
     _moved: bool = False
     _rapid: bool = False
+    _kinematics: bool = False
     _down: int = 0
     _diagonals: list[int] = field(default_factory=list)
     _others: dict[str, tuple[int, int]] = field(default_factory=dict)
@@ -231,6 +234,7 @@ class TechnologyReader:
             self._follow_approach(block)
         if block.tip_control is not None:
             self.tcp = block.tip_control
+            self._kinematics = "M428" in block.m
         off, at = (self.ended, block.step or block.line) if self._moved else (self.cancelled, block.line)
         off.update(dict.fromkeys(block.cancels, at))
         if not self._moved:
@@ -285,7 +289,8 @@ class TechnologyReader:
 
     def _move_by_machine(self, move: MachineMove) -> None:
         self.machine_moves.append(move)
-        self.joins.append(Join(move.line, move.step, move.word, move.axes, True, self.tcp))
+        of_tip = self.tcp and self._kinematics
+        self.joins.append(Join(move.line, move.step, move.word, move.axes, True, self.tcp, of_tip))
         if not self.cuts:
             # Z may come down at feed from a retract, but not go back to one once it is down.
             axes = (c for c in move.axes or "XY" if c != "Z" or self._down)

@@ -73,6 +73,19 @@ def test_a_retract_with_tcp_off_before_the_change_is_clean(table, tmp_path, text
     assert found(tmp_path, table, text + after, suffix) == []
 
 
+def test_a_machine_move_of_linuxcnc_under_tcp_is_an_error_where_the_table_is_tilted(table, head, tmp_path):
+    """It moves the tip along the part's axes."""
+    tilted, upright = LINUXCNC + "G0 Z200.\n", LINUXCNC + "G0 Z200. A0. C0.\n"
+    for move in ("G53 G0 Z0.\n", "G53 G0 X0. Y0.\n", "G28 Z0.\n"):
+        assert found(tmp_path, table, tilted + move + "M429\nM2\n", ".ngc") == [("tcp-state", ERROR)]
+        assert found(tmp_path, table, tilted + "M429\n" + move + "M2\n", ".ngc") == []
+    # Where Z of the part is that of the machine, as with rotary axes in the head, Z goes up.
+    up = "G53 G0 Z0.\nM429\nM2\n"
+    assert found(tmp_path, table, upright + up, ".ngc") == found(tmp_path, head, tilted + up, ".ngc") == []
+    # Other controls' machine moves are those of the axes.
+    assert found(tmp_path, table, ISO + "G0 Z200.\nG53 G0 Z0.\nG49\nM30\n") == []
+
+
 @pytest.mark.parametrize(
     ("after", "severity"),
     [
