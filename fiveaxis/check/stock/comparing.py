@@ -112,7 +112,8 @@ def compare(stock: Stock, mesh: Mesh, part: Stock | None = None) -> Deviations:
     part : the mesh on the stock's grid, if it is known
     """
     part = fill(stock.emptied(), mesh) if part is None else part
-    surface, gone = stock.surface(), _gone(stock, part)
+    lost = part.without(stock)
+    surface, gone = stock.surface(), _gone(lost)
     inside = part.holds(surface)
     tree, facets = tree_of(mesh), facet_normals(mesh.triangles)
     points = np.concatenate([surface.points, gone.points])
@@ -123,13 +124,12 @@ def compare(stock: Stock, mesh: Mesh, part: Stock | None = None) -> Deviations:
         foot[far], triangle[far], distance[far] = tree.nearest(points[far])
     signed = np.where(np.concatenate([inside, np.ones(len(gone.points), dtype=bool)]), -distance, distance)
     near = triangle >= 0
-    every = _joined(surface, _named(gone, surface))
+    every = Surface.joined(surface, _named(gone, surface))
     normal = facets[triangle[near]]
     kept = every.at(near)
     across = np.abs(normal[np.arange(len(normal)), kept.direction])
     rays = np.array([stock.ray_area(d) for d in range(3)])[kept.direction]
-    shared = [_shared_volume(stock, part, d) for d in range(3)]
-    volumes, parts = stock.volumes(), part.volumes()
+    gouged = lost.volumes()
     return Deviations(
         surface=kept,
         distance=signed[near],
@@ -140,8 +140,8 @@ def compare(stock: Stock, mesh: Mesh, part: Stock | None = None) -> Deviations:
         part_area=mesh.area,
         resolution=stock.resolution,
         uncertainty=sweep_tolerance(stock.resolution),
-        left_volume=float(np.mean(volumes - shared)),
-        gouged_volume=float(np.mean(parts - shared)),
+        left_volume=float(np.mean(stock.volumes() - (part.volumes() - gouged))),
+        gouged_volume=float(np.mean(gouged)),
     )
 
 
@@ -178,23 +178,14 @@ def require_part_inside(stock: Stock, mesh: Mesh, part: Stock) -> None:
         )
 
 
-def _gone(stock: Stock, part: Stock) -> Surface:
-    """Return the middles of intervals of the part of which a ray has nothing left, no block named."""
-    from fiveaxis.check.stock.rays import lacking
-
+def _gone(lost: Stock) -> Surface:
+    """Return the middles of stretches that rays have lost, no block named; shorter ones are cut surface."""
     parts = []
-    for d, (held, of) in enumerate(zip(stock.bundles, part.bundles, strict=True)):
-        size = int(of.count.sum()) * 2 + 1
-        rays, ends = np.empty(size, np.int64), np.empty((size, 2), np.float32)
-        many = lacking(of.ends, of.count, held.ends, held.count, stock.resolution, rays, ends)
-        u, v = (d + 1) % 3, (d + 2) % 3
-        ray, stretch = rays[: min(many, size)], ends[: min(many, size)]
-        points = np.empty((len(ray), 3))
-        points[:, d] = stretch.mean(axis=1)
-        points[:, u] = (ray // stock.cells[v] + 0.5) * stock.pitch[u]
-        points[:, v] = (ray % stock.cells[v] + 0.5) * stock.pitch[v]
-        parts.append(Surface(stock.low + points, np.full(len(ray), d), ray, np.full(len(ray), UNCUT)))
-    return _joined(*parts)
+    for d, bundle in enumerate(lost.bundles):
+        ends = bundle.ends.reshape(len(bundle.ends), -1, 2)
+        ray, which = np.nonzero(bundle.held[:, ::2] & (ends[..., 1] - ends[..., 0] > lost.resolution))
+        parts.append(lost.on_rays(d, ray, ends[ray, which].mean(axis=1), np.full(len(ray), UNCUT)))
+    return Surface.joined(*parts)
 
 
 def _named(gone: Surface, surface: Surface) -> Surface:
@@ -206,16 +197,3 @@ def _named(gone: Surface, surface: Surface) -> Surface:
         return gone
     _, nearest = cKDTree(surface.points[cut]).query(gone.points)
     return Surface(gone.points, gone.direction, gone.ray, surface.cut_by[cut][nearest])
-
-
-def _joined(*parts: Surface) -> Surface:
-    names = ("points", "direction", "ray", "cut_by")
-    return Surface(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
-
-
-def _shared_volume(stock: Stock, part: Stock, d: int) -> float:
-    """Volume that both have, mm³, by the rays along axis d."""
-    from fiveaxis.check.stock.rays import shared_length
-
-    a, b = stock.bundles[d], part.bundles[d]
-    return shared_length(a.ends, a.count, b.ends, b.count) * stock.ray_area(d)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from functools import partial
 from itertools import pairwise
 
@@ -51,9 +51,24 @@ class Bundle:
         shape = rays, 2 * FIRST_INTERVALS
         return cls(np.zeros(shape, np.float32), np.full(shape, UNCUT, np.int32), np.zeros(rays, np.uint8))
 
+    @property
+    def held(self) -> BoolArray:
+        """Which of the ends are those of intervals, (rays, 2K); the others hold what was there before."""
+        return np.asarray(np.arange(self.ends.shape[1]) < 2 * self.count[:, None].astype(np.int64))
+
     def copy(self) -> Bundle:
         """Copy all arrays."""
         return Bundle(self.ends.copy(), self.cut_by.copy(), self.count.copy())
+
+    def without(self, other: Bundle) -> Bundle:
+        """Return what the same rays of another stock don't have."""
+        from fiveaxis.check.stock.rays import remove_held
+
+        left = self.copy()
+        while remove_held(left.ends, left.cut_by, left.count, other.ends, other.count, UNCUT):
+            left.grow()
+        left.trim()
+        return left
 
     def grow(self) -> None:
         """Double the intervals that a ray can hold."""
@@ -108,6 +123,11 @@ class Surface:
         """Select ends."""
         return Surface(self.points[rows], self.direction[rows], self.ray[rows], self.cut_by[rows])
 
+    @classmethod
+    def joined(cls, *parts: Surface) -> Surface:
+        """Join ends."""
+        return cls(*(np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(cls)))
+
 
 @dataclass(eq=False)
 class Stock:
@@ -151,6 +171,11 @@ class Stock:
         """Copy the stock with all of its material."""
         x, y, z = (bundle.copy() for bundle in self.bundles)
         return Stock(self.low, self.pitch, self.cells, (x, y, z), self.blocks)
+
+    def without(self, other: Stock) -> Stock:
+        """Return what another stock on the same grid doesn't have."""
+        x, y, z = (a.without(b) for a, b in zip(self.bundles, other.bundles, strict=True))
+        return replace(self, bundles=(x, y, z))
 
     def emptied(self) -> Stock:
         """Return the same grid without material."""
@@ -260,17 +285,19 @@ class Stock:
         """Return the ends of all intervals."""
         parts = []
         for d, bundle in enumerate(self.bundles):
-            u, v = (d + 1) % 3, (d + 2) % 3
-            held = np.arange(bundle.ends.shape[1]) < 2 * bundle.count[:, None].astype(np.int64)
-            ray, column = np.nonzero(held)
-            points = np.empty((len(ray), 3))
-            points[:, d] = bundle.ends[ray, column]
-            points[:, u] = (ray // self.cells[v] + 0.5) * self.pitch[u]
-            points[:, v] = (ray % self.cells[v] + 0.5) * self.pitch[v]
+            ray, column = np.nonzero(bundle.held)
             named = bundle.cut_by[ray, column].astype(np.int64)
-            parts.append(Surface(self.low + points, np.full(len(ray), d), ray, named))
-        names = ("points", "direction", "ray", "cut_by")
-        return Surface(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+            parts.append(self.on_rays(d, ray, bundle.ends[ray, column], named))
+        return Surface.joined(*parts)
+
+    def on_rays(self, d: int, ray: IntArray, along: Array, cut_by: IntArray) -> Surface:
+        """Return points on rays along axis d, at places, (n,) mm from the grid's low corner."""
+        u, v = (d + 1) % 3, (d + 2) % 3
+        points = np.empty((len(ray), 3))
+        points[:, d] = along
+        points[:, u] = (ray // self.cells[v] + 0.5) * self.pitch[u]
+        points[:, v] = (ray % self.cells[v] + 0.5) * self.pitch[v]
+        return Surface(self.low + points, np.full(len(ray), d), ray, cut_by)
 
     def holds(self, surface: Surface) -> BoolArray:
         """Check which ends of a stock on the same grid are within the material of this one, (n,)."""

@@ -136,37 +136,6 @@ def length_of(ends: Ends, count: Counts) -> float:
 
 
 @compiled
-def lacking(
-    of: Ends, count: Counts, held: Ends, held_count: Counts, least: float, out_ray: IntArray, out: Ends
-) -> int:
-    """Find the stretches of one stock's rays that another one lacks.
-
-    Parameters
-    ----------
-    least : mm, shorter stretches are left out
-    out_ray, out : (m,) and (m, 2) mm, ray and ends of each, filled as far as they go
-
-    Returns
-    -------
-    Number of stretches, which may be more than m
-    """
-    found = 0
-    for ray in range(len(count)):
-        for k in range(count[ray]):
-            begin, end = of[ray, 2 * k], of[ray, 2 * k + 1]
-            for m in range(held_count[ray] + 1):
-                stop = held[ray, 2 * m] if m < held_count[ray] else np.float32(np.inf)
-                if min(stop, end) - begin > least:
-                    if found < len(out):
-                        out_ray[found], out[found, 0], out[found, 1] = ray, begin, min(stop, end)
-                    found += 1
-                if stop >= end:
-                    break
-                begin = max(begin, held[ray, 2 * m + 1])
-    return found
-
-
-@compiled
 def covered(ends: Ends, count: Counts, rays: IntArray, places: Array) -> NDArray[np.bool_]:
     """Whether places on rays, (n,) mm, are within material; (n,)."""
     out = np.zeros(len(rays), np.bool_)
@@ -223,40 +192,10 @@ def scan_triangles(d: int, h: Array, n: IntArray, triangles: Array, hits: Ends, 
 
 
 @compiled
-def remove_held(ends: Ends, cut_by: Names, count: Counts, held: Ends, held_count: Counts) -> bool:
+def remove_held(ends: Ends, cut_by: Names, count: Counts, held: Ends, held_count: Counts, name: int) -> bool:
     """Remove another stock's material from the same rays; whether a ray would need more intervals."""
     for ray in range(len(count)):
         for k in range(held_count[ray]):
-            if cut(ends, cut_by, count, ray, held[ray, 2 * k], held[ray, 2 * k + 1], 0)[0] < 0.0:
+            if cut(ends, cut_by, count, ray, held[ray, 2 * k], held[ray, 2 * k + 1], name)[0] < 0.0:
                 return True
     return False
-
-
-@compiled
-def turn_inside_out(air: Ends, air_count: Counts, top: float, ends: Ends, count: Counts) -> None:
-    """Make material of what lies between 0 and `top` on rays and isn't air; shorter than `TINY` is none."""
-    for ray in range(len(air_count)):
-        begin, many = np.float32(0.0), 0
-        for k in range(air_count[ray] + 1):
-            end = air[ray, 2 * k] if k < air_count[ray] else np.float32(top)
-            if end - begin > TINY:
-                ends[ray, 2 * many], ends[ray, 2 * many + 1] = begin, end
-                many += 1
-            if k < air_count[ray]:
-                begin = air[ray, 2 * k + 1]
-        count[ray] = many
-
-
-@compiled
-def shared_length(ends: Ends, count: Counts, held: Ends, held_count: Counts) -> float:
-    """Length, mm, that two stocks on one grid both have on all rays."""
-    total = 0.0
-    for ray in range(len(count)):
-        for k in range(count[ray]):
-            for m in range(held_count[ray]):
-                low, high = (
-                    max(ends[ray, 2 * k], held[ray, 2 * m]),
-                    min(ends[ray, 2 * k + 1], held[ray, 2 * m + 1]),
-                )
-                total += max(0.0, high - low)
-    return total

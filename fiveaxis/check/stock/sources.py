@@ -109,31 +109,21 @@ def _fill_bundle(stock: Stock, d: int, triangles: Array, name: str) -> None:
 def with_allowance(mesh: Mesh, allowance: float, resolution: float) -> Stock:
     """Make a stock of all points within an allowance, mm, above 0, of a closed mesh, mm.
 
-    The points within a distance of a triangle are a swept ball: all triangles' are cut from a full grid, and
-    what is left is turned into air.
+    The points within a distance of a triangle are a swept ball: all triangles' are cut from what is around
+    the part, and what is left of that is the air around the stock.
     """
     from fiveaxis.check.stock.ball_sweep import TRIANGLE
-    from fiveaxis.check.stock.rays import remove_held, turn_inside_out
 
     if not (math.isfinite(allowance) and allowance > 0.0):
         raise SettingError(f"the stock's allowance is {allowance:g} mm; it must be a number above 0 mm")
     bounds = np.array([mesh.bounds[0] - allowance, mesh.bounds[1] + allowance])
-    around = box(bounds, resolution)
-    part = fill(around.emptied(), mesh)
-    for bundle, held in zip(around.bundles, part.bundles, strict=True):
-        while remove_held(bundle.ends, bundle.cut_by, bundle.count, held.ends, held.count):
-            bundle.grow()
+    whole = box(bounds, resolution)
+    around = whole.without(fill(whole.emptied(), mesh))
     triangles = mesh.triangles
     nodes = np.concatenate([triangles, triangles[:, :2]], axis=1)
     every = np.full(len(nodes), TRIANGLE)
     around.cut(BallSweep(every, nodes, allowance, np.zeros(len(nodes), np.int64)), blocks=1)
-    found = around.emptied()
-    for d, (bundle, air) in enumerate(zip(found.bundles, around.bundles, strict=True)):
-        while bundle.ends.shape[1] < air.ends.shape[1] + 2:
-            bundle.grow()
-        turn_inside_out(air.ends, air.count, (found.cells * found.pitch)[d], bundle.ends, bundle.count)
-        bundle.trim()
-    return found
+    return whole.without(around)
 
 
 def load_stock(
@@ -224,9 +214,7 @@ def save_stock(stock: Stock, path: str | Path) -> Path:
     require_suffix(path, (SUFFIX,), "a stock")
     arrays: dict[str, Any] = {"low": stock.low, "pitch": stock.pitch, "cells": stock.cells}
     for d, bundle in enumerate(stock.bundles):
-        # Ends behind a ray's last interval hold what was there before.
-        held = np.arange(bundle.ends.shape[1]) < 2 * bundle.count[:, None].astype(np.int64)
-        arrays |= {f"ends{d}": bundle.ends[held], f"count{d}": bundle.count}
+        arrays |= {f"ends{d}": bundle.ends[bundle.held], f"count{d}": bundle.count}
     content = io.BytesIO()
     np.savez_compressed(content, **arrays)
     return write_atomically(path, content.getvalue())
@@ -260,6 +248,5 @@ def _restore(bundle: Bundle, ends: Array, count: Array) -> None:
         raise ValueError("arrays of another grid")
     while bundle.ends.shape[1] < 2 * int(count.max(initial=0)):
         bundle.grow()
-    held = np.arange(bundle.ends.shape[1]) < 2 * count[:, None].astype(np.int64)
-    bundle.ends[held] = ends
     bundle.count[:] = count
+    bundle.ends[bundle.held] = ends
