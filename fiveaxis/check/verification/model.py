@@ -8,14 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fiveaxis.base import Array, IntArray, inverse_transform, product
 from fiveaxis.check.collision.travel import Poses
-from fiveaxis.check.verification.urdf_model import UrdfJoint, frames_of, read_joints
 from fiveaxis.model import TOOL, Machine, link_name
 
 if TYPE_CHECKING:
@@ -71,7 +69,9 @@ def tool_poses(machine: Machine, positions: Array) -> tuple[Array, Array]:
     rows = np.asarray(positions, dtype=float)
     if (pin := load_pinocchio()) is not None:
         return _pinocchio_tool_poses(pin, build_model(machine), rows)
-    frame = _urdf_frames(machine, rows)[TOOL]
+    from fiveaxis.check.verification.urdf_model import frames_of
+
+    frame = frames_of(machine, rows)[TOOL]
     return frame[:, :3, 3].copy(), frame[:, :3, 2].copy()
 
 
@@ -85,27 +85,17 @@ def link_poses(machine: Machine) -> Poses:
     """
     if (pin := load_pinocchio()) is not None:
         return _pinocchio_link_poses(pin, build_model(machine), machine.code.links)
+    from fiveaxis.check.verification.urdf_model import frames_of
+
     links = machine.code.links
-    home = _urdf_frames(machine, np.zeros((1, len(machine.axes))))
+    home = frames_of(machine, np.zeros((1, len(machine.axes))))
     back = {link: inverse_transform(home[link_name(link)]) for link in links}
 
     def poses(positions: Array) -> Mapping[str, Array]:
-        frames = _urdf_frames(machine, positions)
+        frames = frames_of(machine, positions)
         return {link: product(frames[link_name(link)], back[link]) for link in links}
 
     return poses
-
-
-def _urdf_frames(machine: Machine, positions: Array) -> dict[str, Array]:
-    """Compute the frame of every link of the machine's URDF: (n, k) → (n, 4, 4) mm, workpiece frame."""
-    columns = zip(machine.letters, positions.T, strict=True)
-    return frames_of(_joints_of(machine), dict(columns))
-
-
-# One machine is asked many times, and its URDF takes longer than a hundred poses.
-@lru_cache(maxsize=8)
-def _joints_of(machine: Machine) -> tuple[UrdfJoint, ...]:
-    return read_joints(machine.to_urdf())
 
 
 def build_model(machine: Machine) -> ToolModel:

@@ -1,17 +1,19 @@
-"""Forward kinematics of a machine's URDF with unit quaternions, which verify where pinocchio isn't installed.
+"""Forward kinematics of a machine's URDF with SciPy's rotations, which verify where pinocchio isn't installed.
 
 They share no equation with `fiveaxis.model.kinematics`: all that both know of a machine is its description.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from xml.etree import ElementTree
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from fiveaxis.base import Array
+from fiveaxis.base import Array, product
+from fiveaxis.model import Machine
 
 METRE = 1000.0  # mm
 
@@ -23,8 +25,7 @@ class UrdfJoint:
     Parameters
     ----------
     name, kind, parent, child : as in the file
-    offset : (3,), mm, of the child's origin in the parent
-    turn : (4,), unit quaternion (w, x, y, z), of the child's frame in the parent's
+    home : (4, 4), mm, of the child's frame in the parent's, with the joint at 0
     axis : (3,), unit vector, child's frame
     """
 
@@ -32,30 +33,25 @@ class UrdfJoint:
     kind: str
     parent: str
     child: str
-    offset: Array
-    turn: Array
+    home: Array
     axis: Array
 
 
-def read_joints(text: str) -> tuple[UrdfJoint, ...]:
-    """Read the joints of a URDF that `Machine.to_urdf` has written, each after the one that carries it."""
-    return tuple(_joint(element) for element in ElementTree.fromstring(text).iterfind("joint"))
+# One machine is asked many times, and its URDF takes longer than a hundred poses.
+@lru_cache(maxsize=8)
+def read_joints(machine: Machine) -> tuple[UrdfJoint, ...]:
+    """Read the joints of the URDF that `Machine.to_urdf` writes, each after the one that carries it."""
+    return tuple(_joint(element) for element in ElementTree.fromstring(machine.to_urdf()).iterfind("joint"))
 
 
 def _joint(element: ElementTree.Element) -> UrdfJoint:
     parent, child = (element.find(end).get("link") for end in ("parent", "child"))  # type: ignore[union-attr]
-    xyz, rpy = (_triple(element, "origin", key, "0 0 0") for key in ("xyz", "rpy"))
+    home = np.eye(4)
     # About the parent's x, then its y, then its z.
-    roll, pitch, yaw = (turn_about(np.eye(3)[i], rpy[i : i + 1])[0] for i in range(3))
-    return UrdfJoint(
-        name=element.get("name", ""),
-        kind=element.get("type", ""),
-        parent=str(parent),
-        child=str(child),
-        offset=METRE * xyz,
-        turn=quaternion_product(yaw, quaternion_product(pitch, roll)),
-        axis=_triple(element, "axis", "xyz", "1 0 0"),
-    )
+    home[:3, :3] = Rotation.from_euler("xyz", _triple(element, "origin", "rpy", "0 0 0")).as_matrix()
+    home[:3, 3] = METRE * _triple(element, "origin", "xyz", "0 0 0")
+    axis = _triple(element, "axis", "xyz", "1 0 0")
+    return UrdfJoint(element.get("name", ""), element.get("type", ""), str(parent), str(child), home, axis)
 
 
 def _triple(element: ElementTree.Element, tag: str, key: str, default: str) -> Array:
@@ -63,49 +59,24 @@ def _triple(element: ElementTree.Element, tag: str, key: str, default: str) -> A
     return np.array((default if found is None else found.get(key, default)).split(), dtype=float)
 
 
-def quaternion_product(p: Array, q: Array) -> Array:
-    """Multiply unit quaternions, (..., 4) each: the turn q, then p."""
-    w = p[..., :1] * q[..., :1] - np.sum(p[..., 1:] * q[..., 1:], axis=-1, keepdims=True)
-    xyz = p[..., :1] * q[..., 1:] + q[..., :1] * p[..., 1:] + np.cross(p[..., 1:], q[..., 1:])
-    return np.concatenate([w, xyz], axis=-1)
-
-
-def turn_about(axis: Array, angle: Array) -> Array:
-    """Return the quaternions, (n, 4), of turns about a unit vector by angles, (n,) rad."""
-    half = angle[:, None] / 2.0
-    return np.concatenate([np.cos(half), np.sin(half) * axis], axis=1)
-
-
-def turn_vector(q: Array, v: Array) -> Array:
-    """Turn a vector, (3,), by unit quaternions, (n, 4)."""
-    twice = 2.0 * np.cross(q[:, 1:], v)
-    return v + q[:, :1] * twice + np.cross(q[:, 1:], twice)
-
-
-def frames_of(joints: Sequence[UrdfJoint], values: Mapping[str, Array]) -> dict[str, Array]:
-    """Compute the frame of every link in the root link.
+def frames_of(machine: Machine, positions: Array) -> dict[str, Array]:
+    """Compute the frame of every link of a machine's URDF in the workpiece frame.
 
     Parameters
     ----------
-    joints : each after the one that carries it
-    values : joint that moves → (n,) rad or mm
+    positions : (n, k), mm and rad, columns in the order of `machine.axes`
 
     Returns
     -------
     Link → (n, 4, 4), mm
     """
-    n = len(next(iter(values.values())))
-    at = {joints[0].parent: (np.zeros((n, 3)), np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)))}
+    joints, values = read_joints(machine), dict(zip(machine.letters, positions.T, strict=True))
+    at = {joints[0].parent: np.tile(np.eye(4), (len(positions), 1, 1))}
     for joint in joints:
-        origin, turn = at[joint.parent]
-        origin, turn = origin + turn_vector(turn, joint.offset), quaternion_product(turn, joint.turn)
+        moved = np.tile(np.eye(4), (len(positions), 1, 1))
         if joint.kind == "prismatic":
-            origin = origin + values[joint.name][:, None] * turn_vector(turn, joint.axis)
+            moved[:, :3, 3] = values[joint.name][:, None] * joint.axis
         elif joint.kind == "revolute":
-            turn = quaternion_product(turn, turn_about(joint.axis, values[joint.name]))
-        at[joint.child] = origin, turn
-    frames = np.tile(np.eye(4), (len(at), n, 1, 1))
-    for frame, (origin, turn) in zip(frames, at.values(), strict=True):
-        frame[:, :3, :3] = np.stack([turn_vector(turn, axis) for axis in np.eye(3)], axis=2)
-        frame[:, :3, 3] = origin
-    return dict(zip(at, frames, strict=True))
+            moved[:, :3, :3] = Rotation.from_rotvec(values[joint.name][:, None] * joint.axis).as_matrix()
+        at[joint.child] = product(at[joint.parent], joint.home, moved)
+    return at
