@@ -21,6 +21,8 @@ from fiveaxis.check.stock.sweep_loop import sweep_loop
 if TYPE_CHECKING:
     from fiveaxis.check.stock.sweeping import BallSweep
 
+# Figure; its nodes, (5, 3) mm; direction and length of its edges, (8, 3) and (8,); its faces, (4, 9): normal
+# (u, v, d), barycentric slopes in u and v of two corners, their rises along d; the radius, mm.
 Segment: TypeAlias = tuple[int, Array, Array, Array, Array, float]
 
 # Figures of segments, by what their nodes are: centre at the start, at the end, upper end at the end, at the
@@ -44,16 +46,10 @@ END_SPHERE, END_CYLINDER = 1, 11
 SHORT, EDGE_ON = 1e-9, 1e-6
 
 
-@compiled
-def frame_figure(d: int, kind: int, p: Array, way: Array, size: Array, face: Array) -> None:
-    """Prepare edges and faces for rays along d.
-
-    Parameters
-    ----------
-    p : (5, 3), mm, nodes
-    way, size : (8, 3) and (8,), direction and length of the edges
-    face : (4, 9); normal (u, v, d), barycentric slopes in u and v of two corners, their rises along d
-    """
+@inner
+def frame_ball(d: int, segment: Segment) -> None:
+    """Prepare edges and faces of a segment for rays along d."""
+    kind, p, way, size, face, _ = segment
     u, v = (d + 1) % 3, (d + 2) % 3
     for e in range(EDGES_OF[kind]):
         way[e] = p[EDGES[kind, e, 1]] - p[EDGES[kind, e, 0]]
@@ -78,9 +74,9 @@ def frame_figure(d: int, kind: int, p: Array, way: Array, size: Array, face: Arr
 
 @compiled
 def ball_on_ray(
-    d: int, kind: int, p: Array, way: Array, size: Array, face: Array, radius: float, x: float, y: float
+    d: int, segment: Segment, wider: float, x: float, y: float
 ) -> tuple[float, float, float, float, int, int]:
-    """Where a ray is within a radius of a figure.
+    """Where a ray is within a segment whose ball is wider, mm.
 
     Returns
     -------
@@ -88,7 +84,8 @@ def ball_on_ray(
     slope_low, slope_high : R·|n_d| there, mm, of the surface's normal n
     part_low, part_high : what it meets there: a sphere's node, 10 + an edge, or 20 + a face
     """
-    u, v = (d + 1) % 3, (d + 2) % 3
+    kind, p, way, size, face, narrow = segment
+    u, v, radius = (d + 1) % 3, (d + 2) % 3, narrow + wider
     low, high, slope_low, slope_high, part_low, part_high = np.inf, -np.inf, 0.0, 0.0, 0, 0
     for k in range(NODES[kind]):
         du, dv = x - p[k, u], y - p[k, v]
@@ -161,18 +158,10 @@ def bound_ball(segment: Segment, low: Array, high: Array) -> None:
         low[k], high[k] = low[k] - radius, high[k] + radius
 
 
-@inner
-def frame_ball(d: int, segment: Segment) -> None:
-    """Prepare a segment for rays along d."""
-    kind, p, way, size, face, _ = segment
-    frame_figure(d, kind, p, way, size, face)
-
-
 @innermost
 def ball_near(d: int, segment: Segment, x: float, y: float, wider: float, low: float, high: float) -> bool:
     """Whether a ray comes within a wider ball between two places."""
-    kind, p, way, size, face, radius = segment
-    begin, end, _, _, _, _ = ball_on_ray(d, kind, p, way, size, face, radius + wider, x, y)
+    begin, end, _, _, _, _ = ball_on_ray(d, segment, wider, x, y)
     return begin < end and begin < high and end > low
 
 
@@ -181,12 +170,9 @@ def ball_meets(
     d: int, segment: Segment, x: float, y: float, _low: float, _high: float, _keep: bool
 ) -> tuple[float, float, float, float]:
     """Where a ray is in the sweep, and the slopes of contact there at the segment's end."""
-    kind, p, way, size, face, radius = segment
-    low, high, slope_low, slope_high, part_low, part_high = ball_on_ray(
-        d, kind, p, way, size, face, radius, x, y
-    )
-    at_low = slope_low / radius if part_low in (END_SPHERE, END_CYLINDER) else 0.0
-    at_high = slope_high / radius if part_high in (END_SPHERE, END_CYLINDER) else 0.0
+    low, high, slope_low, slope_high, part_low, part_high = ball_on_ray(d, segment, 0.0, x, y)
+    at_low = slope_low / segment[5] if part_low in (END_SPHERE, END_CYLINDER) else 0.0
+    at_high = slope_high / segment[5] if part_high in (END_SPHERE, END_CYLINDER) else 0.0
     return low, high, at_low, at_high
 
 

@@ -24,7 +24,10 @@ from fiveaxis.model import inside
 if TYPE_CHECKING:
     from fiveaxis.check.stock.sweeping import BodySweep
 
-Segment: TypeAlias = tuple[Array, Array, Array, Array, Array]
+# A body between two poses: its pose at both, (4, 3), its zones, and its figures, (5,); see `BodySweep`.
+Moved: TypeAlias = tuple[Array, Array, Array]
+# That, a point of a ray, and its time.
+Segment: TypeAlias = tuple[Moved, Array, Array]
 
 # mm: accuracy of the largest depth over a segment; tangents flatter than this lead nowhere.
 DEPTH, FLAT = 2e-5, 1e-9
@@ -42,10 +45,9 @@ RADIUS, LOW, HIGH, ALONG, WIDER = 0, 1, 2, 3, 4
 
 
 @compiled
-def depth_at(
-    d: int, x: Array, t: float, pose: Array, zones: Array, body: Array
-) -> tuple[float, float, float]:
+def depth_at(d: int, x: Array, t: float, moved: Moved) -> tuple[float, float, float]:
     """Depth of a point in the body at a share of its segment, and its slopes along axis d and in time."""
+    pose, zones, body = moved
     o0 = pose[1, 0] + t * (pose[3, 0] - pose[1, 0])
     o1 = pose[1, 1] + t * (pose[3, 1] - pose[1, 1])
     o2 = pose[1, 2] + t * (pose[3, 2] - pose[1, 2])
@@ -73,16 +75,14 @@ def depth_at(
 
 
 @compiled
-def deepest_time(
-    d: int, x: Array, t: float, pose: Array, zones: Array, body: Array
-) -> tuple[float, float, float]:
+def deepest_time(d: int, x: Array, t: float, moved: Moved) -> tuple[float, float, float]:
     """Largest depth of a point over the segment, its slope along axis d and its time, from a first guess."""
-    value, slope, rate = depth_at(d, x, t, pose, zones, body)
+    value, slope, rate = depth_at(d, x, t, moved)
     best, best_slope, best_t = value, slope, t
     if (rate >= 0.0 and t >= 1.0) or (rate <= 0.0 and t <= 0.0) or rate == 0.0:
         return best, best_slope, best_t
     other = 1.0 if rate > 0.0 else 0.0
-    f, s, g = depth_at(d, x, other, pose, zones, body)
+    f, s, g = depth_at(d, x, other, moved)
     if f > best:
         best, best_slope, best_t = f, s, other
     if rate * g >= 0.0:
@@ -97,7 +97,7 @@ def deepest_time(
         if f_begin + g_begin * (meet - begin) <= best + DEPTH:
             break
         m = min(max(meet, begin + 0.05 * width), end - 0.05 * width)
-        f, s, g = depth_at(d, x, m, pose, zones, body)
+        f, s, g = depth_at(d, x, m, moved)
         if f > best:
             best, best_t = f, m
         if g > 0.0:
@@ -113,7 +113,7 @@ def deepest_time(
 
 @compiled
 def first_point(
-    d: int, x: Array, begin: float, end: float, t: float, wider: float, pose: Array, zones: Array, body: Array
+    d: int, x: Array, begin: float, end: float, t: float, wider: float, moved: Moved
 ) -> tuple[float, float, float]:
     """Find the first point of a sweep on a ray from one place towards another.
 
@@ -128,24 +128,24 @@ def first_point(
     -------
     Place, mm; NaN if there is none. Size of the depth's slope, and the time, there
     """
-    sign = 1.0 if end > begin else -1.0
+    sign, along = 1.0 if end > begin else -1.0, moved[2][ALONG]
     s, outside, f_outside, rise = begin, np.nan, 0.0, 0.0
     for _ in range(MOST_TANGENTS):
         x[d] = s
-        f, slope, t = deepest_time(d, x, t, pose, zones, body)
+        f, slope, t = deepest_time(d, x, t, moved)
         f += wider
         if f > TINY and not np.isnan(outside):
-            return enters_between(d, x, outside, s, t, wider, pose, zones, body)
+            return enters_between(d, x, outside, s, t, wider, moved)
         if f >= -TINY:
             return s + sign * max(-f, 0.0) / max(sign * slope, LEAST_SLOPE), abs(slope), t
         if sign * slope <= FLAT:
             # Past the greatest depth on the ray, as far as tangents say.
-            if np.isnan(outside) or body[ALONG] <= 0.0:
+            if np.isnan(outside) or along <= 0.0:
                 break
             meet = outside + sign * (f - f_outside + slope * (outside - s)) / (rise - sign * slope)
-            if f_outside + rise * sign * (meet - outside) < -body[ALONG]:
+            if f_outside + rise * sign * (meet - outside) < -along:
                 break
-            return greatest_between(d, x, outside, s, t, wider, pose, zones, body)
+            return greatest_between(d, x, outside, s, t, wider, moved)
         if s == end:
             break
         outside, f_outside, rise = s, f, sign * slope
@@ -156,24 +156,16 @@ def first_point(
 
 @compiled
 def enters_between(
-    d: int,
-    x: Array,
-    outside: float,
-    inner: float,
-    t: float,
-    wider: float,
-    pose: Array,
-    zones: Array,
-    body: Array,
+    d: int, x: Array, outside: float, inner: float, t: float, wider: float, moved: Moved
 ) -> tuple[float, float, float]:
     """Find where a ray enters a sweep between a place outside and one inside, as `first_point`."""
     x[d] = inner
-    _, slope, t = deepest_time(d, x, t, pose, zones, body)
+    _, slope, t = deepest_time(d, x, t, moved)
     for _ in range(MOST_HALVINGS):
         if abs(inner - outside) < TINY:
             break
         x[d] = 0.5 * (outside + inner)
-        f, slope_there, time_there = deepest_time(d, x, t, pose, zones, body)
+        f, slope_there, time_there = deepest_time(d, x, t, moved)
         if f + wider < 0.0:
             outside = x[d]
         else:
@@ -183,23 +175,15 @@ def enters_between(
 
 @compiled
 def greatest_between(
-    d: int,
-    x: Array,
-    rising: float,
-    falling: float,
-    t: float,
-    wider: float,
-    pose: Array,
-    zones: Array,
-    body: Array,
+    d: int, x: Array, rising: float, falling: float, t: float, wider: float, moved: Moved
 ) -> tuple[float, float, float]:
     """Look for a place of a ray inside the sweep between two outside, towards which the depth rises."""
     outside, sign = rising, 1.0 if falling > rising else -1.0
     for _ in range(MOST_LOOKS):
         x[d] = 0.5 * (rising + falling)
-        f, slope, t = deepest_time(d, x, t, pose, zones, body)
+        f, slope, t = deepest_time(d, x, t, moved)
         if f + wider > 0.0:
-            return enters_between(d, x, outside, x[d], t, wider, pose, zones, body)
+            return enters_between(d, x, outside, x[d], t, wider, moved)
         if sign * slope > 0.0:
             rising = x[d]
         else:
@@ -228,14 +212,15 @@ def start_body(sweep: BodySweep) -> tuple[Array, Array, Array]:
 
 @inner
 def body_segment(sweep: BodySweep, g: int, room: tuple[Array, Array, Array]) -> Segment:
-    """Return a segment: pose, zones, room."""
-    return sweep.poses[g], sweep.zones, *room
+    """Return a segment."""
+    body, at, time = room
+    return (sweep.poses[g], sweep.zones, body), at, time
 
 
 @innermost
 def bound_body(segment: Segment, low: Array, high: Array) -> None:
     """Bound a segment."""
-    pose, _, body, _, _ = segment
+    pose, _, body = segment[0]
     radius = body[RADIUS] + max(body[WIDER], 0.0)
     for k in range(3):
         a, b = pose[0, k] + body[LOW] * pose[1, k], pose[0, k] + body[HIGH] * pose[1, k]
@@ -246,7 +231,7 @@ def bound_body(segment: Segment, low: Array, high: Array) -> None:
 @inner
 def frame_body(_d: int, segment: Segment) -> None:
     """Set by how much the depth may rise above tangents."""
-    pose, _, body, _, _ = segment
+    pose, _, body = segment[0]
     reach = body[RADIUS] + max(body[WIDER], 0.0) + body[HIGH] - body[LOW]
     body[ALONG] = np.sqrt(np.sum((pose[3] - pose[1]) ** 2)) * reach / 4.0
 
@@ -254,9 +239,9 @@ def frame_body(_d: int, segment: Segment) -> None:
 @innermost
 def body_near(d: int, segment: Segment, x: float, y: float, wider: float, low: float, high: float) -> bool:
     """Whether a ray comes within a wider body between two places; its time is the first guess."""
-    pose, zones, body, at, time = segment
+    moved, at, time = segment
     at[(d + 1) % 3], at[(d + 2) % 3] = x, y
-    place, _, time[0] = first_point(d, at, low, high, 0.5, body[WIDER] + wider, pose, zones, body)
+    place, _, time[0] = first_point(d, at, low, high, 0.5, moved[2][WIDER] + wider, moved)
     return place < high
 
 
@@ -265,13 +250,14 @@ def body_meets(
     d: int, segment: Segment, x: float, y: float, low: float, high: float, keep: bool
 ) -> tuple[float, float, float, float]:
     """Where a ray is in the sweep, beside material, and slopes of contact at the segment's end."""
-    pose, zones, body, at, time = segment
+    moved, at, time = segment
     at[(d + 1) % 3], at[(d + 2) % 3] = x, y
-    enters, slope_in, t_in = first_point(d, at, low, high, time[0], body[WIDER], pose, zones, body)
+    pose, wider = moved[0], moved[2][WIDER]
+    enters, slope_in, t_in = first_point(d, at, low, high, time[0], wider, moved)
     time[0] = t_in
     if not enters < high:
         return np.inf, -np.inf, 0.0, 0.0
-    leaves, slope_out, t_out = first_point(d, at, high, low, t_in, body[WIDER], pose, zones, body)
+    leaves, slope_out, t_out = first_point(d, at, high, low, t_in, wider, moved)
     time[0] = t_out
     if not leaves > enters:
         return np.inf, -np.inf, 0.0, 0.0
@@ -286,17 +272,15 @@ sweep_bodies = sweep_loop(start_body, body_segment, bound_body, frame_body, body
 
 
 @compiled
-def fill_body(
-    d: int, h: Array, n: IntArray, ends: Ends, count: Counts, pose: Array, zones: Array, body: Array
-) -> None:
-    """Give the rays of an empty bundle the material of one convex body; pose and zones as above."""
+def fill_body(d: int, h: Array, n: IntArray, ends: Ends, count: Counts, moved: Moved) -> None:
+    """Give the rays of an empty bundle the material of one convex body that stands."""
     u, v = (d + 1) % 3, (d + 2) % 3
     x, top = np.zeros(3), n[d] * h[d]
     for i in range(n[u]):
         for j in range(n[v]):
             x[u], x[v] = (i + 0.5) * h[u], (j + 0.5) * h[v]
-            low, _, _ = first_point(d, x, 0.0, top, 1.0, 0.0, pose, zones, body)
-            high, _, _ = first_point(d, x, top, 0.0, 1.0, 0.0, pose, zones, body)
+            low, _, _ = first_point(d, x, 0.0, top, 1.0, 0.0, moved)
+            high, _, _ = first_point(d, x, top, 0.0, 1.0, 0.0, moved)
             if high - low > TINY:
                 ray = i * n[v] + j
                 ends[ray, 0], ends[ray, 1], count[ray] = low, high, 1

@@ -53,12 +53,10 @@ def cylinder(foot: Array, axis: Array, radius: float, height: float, resolution:
     ends = np.array([foot, foot + height * axis])
     stock = Stock.empty(np.array([ends.min(axis=0) - reach, ends.max(axis=0) + reach]), resolution)
     (piece,) = cutter_pieces(Tool(shapes.flat(2.0 * radius, length=height)))
-    pose, body = (
-        np.array([foot - stock.low, axis, foot - stock.low, axis]),
-        np.array([radius, 0.0, height, 0.0, 0.0]),
-    )
+    pose = np.array([foot - stock.low, axis, foot - stock.low, axis])
+    moved = pose, piece.zones, np.array([radius, 0.0, height, 0.0, 0.0])
     for d, bundle in enumerate(stock.bundles):
-        fill_body(d, stock.pitch, stock.cells, bundle.ends, bundle.count, pose, piece.zones, body)
+        fill_body(d, stock.pitch, stock.cells, bundle.ends, bundle.count, moved)
     return stock
 
 

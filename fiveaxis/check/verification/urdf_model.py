@@ -1,4 +1,4 @@
-"""Forward kinematics of a machine's URDF with SciPy's rotations, which verify where pinocchio isn't installed.
+"""Forward kinematics of a machine's URDF with SciPy rotations, which verify where pinocchio isn't installed.
 
 They share no equation with `fiveaxis.model.kinematics`: all that both know of a machine is its description.
 """
