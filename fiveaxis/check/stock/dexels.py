@@ -60,6 +60,10 @@ class Bundle:
         """Copy all arrays."""
         return Bundle(self.ends.copy(), self.cut_by.copy(), self.count.copy())
 
+    def at(self, rays: IntArray) -> Bundle:
+        """Select rays, (r,)."""
+        return Bundle(self.ends[rays], self.cut_by[rays], self.count[rays])
+
     def without(self, other: Bundle) -> Bundle:
         """Return what the same rays of another stock don't have."""
         from fiveaxis.check.stock.rays import remove_held
@@ -290,7 +294,7 @@ class Stock:
             parts.append(self.on_rays(d, ray, bundle.ends[ray, column], named))
         return Surface.joined(*parts)
 
-    def on_rays(self, d: int, ray: IntArray, along: Array, cut_by: IntArray) -> Surface:
+    def on_rays(self, d: int, ray: IntArray, along: Array | NDArray[np.float32], cut_by: IntArray) -> Surface:
         """Return points on rays along axis d, at places, (n,) mm from the grid's low corner."""
         u, v = (d + 1) % 3, (d + 2) % 3
         points = np.empty((len(ray), 3))
