@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fiveaxis.base import Array, BoolArray, IntArray, at_once, compiled, inner, innermost
+from fiveaxis.base import Array, BoolArray, IntArray, at_once, compiled, inner
 from fiveaxis.cam import STACK, Mesh, TriangleTree, kept_by_mesh, tree_of
 from fiveaxis.model import Tool
 
@@ -228,58 +228,29 @@ def _with_slabs(tree: TriangleTree) -> tuple[Array, Array, Array]:
     return tree.triangles, *_slabs(tree.triangles, tree.boxes)
 
 
-@compiled
 def _slabs(triangles: Array, boxes: Array) -> tuple[Array, Array]:
     """Find the nodes, (2 * leaves, 11), of a tree of triangles, (f, 3, 3) mm, and the triangles' slabs.
 
     Triangles of a smooth surface lie in a slab much thinner than their box. Its normal is their mean one, but
     the slab holds their corners whatever that is.
     """
-    leaves = len(boxes) // 2
-    leaf = len(triangles) // leaves
-    nodes, slabs = np.zeros((2 * leaves, 11)), np.zeros((len(triangles), 5))
-    for t in range(len(triangles)):
-        for c in range(3):
-            i, j = (c + 1) % 3, (c + 2) % 3
-            slabs[t, c] = (triangles[t, 1, i] - triangles[t, 0, i]) * (
-                triangles[t, 2, j] - triangles[t, 0, j]
-            )
-            slabs[t, c] -= (triangles[t, 1, j] - triangles[t, 0, j]) * (
-                triangles[t, 2, i] - triangles[t, 0, i]
-            )
-            nodes[leaves + t // leaf, 6 + c] += slabs[t, c]
-        _set_slab(slabs, t, 0, triangles, t, t + 1)
-    for node in range(leaves - 1, 0, -1):
-        for c in range(6, 9):
-            nodes[node, c] = nodes[2 * node, c] + nodes[2 * node + 1, c]
-    for node in range(1, 2 * leaves):
-        for c in range(3):
-            nodes[node, c] = (boxes[node, 0, c] + boxes[node, 1, c]) / 2.0
-            nodes[node, 3 + c] = (boxes[node, 1, c] - boxes[node, 0, c]) / 2.0
-        first, end = node, node + 1
-        while first < leaves:
-            first, end = 2 * first, 2 * end
-        _set_slab(nodes, node, 6, triangles, (first - leaves) * leaf, (end - leaves) * leaf)
-    return nodes, slabs
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    nodes, count = np.zeros((len(boxes), 11)), len(boxes) // 2
+    nodes[:, :3], nodes[:, 3:6] = boxes.mean(axis=1), (boxes[:, 1] - boxes[:, 0]) / 2.0
+    while count:
+        along = normals.reshape(count, -1, 3).sum(axis=1)
+        nodes[count : 2 * count, 6:] = _slabs_of(triangles.reshape(count, -1, 3), along)
+        count //= 2
+    return nodes, _slabs_of(triangles, normals)
 
 
-@innermost
-def _set_slab(slabs: Array, row: int, first: int, triangles: Array, begin: int, end: int) -> None:
-    """Set a slab, in columns of a row from `first` on, of some of the triangles, (f, 3, 3) mm.
-
-    The row has its normal, of any length; one of length 0 stays.
-    """
-    x, y, z = slabs[row, first], slabs[row, first + 1], slabs[row, first + 2]
-    length = np.sqrt(x * x + y * y + z * z)
-    if length == 0.0:
-        return
-    x, y, z, low, high = x / length, y / length, z / length, np.inf, -np.inf
-    for t in range(begin, end):
-        for k in range(3):
-            along = x * triangles[t, k, 0] + y * triangles[t, k, 1] + z * triangles[t, k, 2]
-            low, high = min(low, along), max(high, along)
-    slabs[row, first], slabs[row, first + 1], slabs[row, first + 2] = x, y, z
-    slabs[row, first + 3], slabs[row, first + 4] = (low + high) / 2.0, (high - low) / 2.0
+def _slabs_of(points: Array, normals: Array) -> Array:
+    """Find the slabs, (m, 5), of points, (m, k, 3) mm, along normals, (m, 3) of any length; 0 without one."""
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    unit = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0.0)
+    along = np.sum(points * unit[:, None], axis=2)
+    low, high = along.min(axis=1), along.max(axis=1)
+    return np.column_stack([unit, (low + high) / 2.0, (high - low) / 2.0])
 
 
 @compiled
