@@ -99,9 +99,8 @@ def piece_depths(piece: ConvexPiece, tips: Array, axes: Array, tree: TriangleTre
         centres = tips + piece.zones[0, 2] * axes
         radius = float(piece.zones[0, 0])
         return gouge_kernel.sunk_balls(centres, radius, tree.triangles, tree.boxes, floors)
-    return gouge_kernel.deepest_all(
-        tips, axes, piece.zones, piece.low, piece.high, tree.triangles, tree.boxes, floors
-    )
+    body = piece.zones, piece.low, piece.high
+    return gouge_kernel.deepest_all(tips, axes, body, tree.triangles, tree.boxes, floors)
 
 
 def exact_piece_depths(piece: ConvexPiece, tips: Array, axes: Array, model: Model, floors: Array) -> Array:
@@ -111,9 +110,8 @@ def exact_piece_depths(piece: ConvexPiece, tips: Array, axes: Array, model: Mode
     if piece.is_ball:
         radius, height = piece.zones[0, [0, 2]]
         return np.maximum(radius - model.nearest(tips + height * axes).distance, floors)
-    ends = piece.low, piece.high
-    surfaces = model.shell.mesh, model.surfaces, model.deviation
-    return exact_depth.deepest_all(tips, axes, piece.zones, ends, *surfaces, floors)
+    body, surfaces = (piece.zones, piece.low, piece.high), model.surfaces
+    return exact_depth.deepest_all(tips, axes, body, model.shell.mesh, surfaces, model.deviation, floors)
 
 
 def _heart(piece: ConvexPiece, height: float) -> float:

@@ -17,7 +17,13 @@ import numpy as np
 
 from fiveaxis.base import Array, compiled
 from fiveaxis.cam import PLANE, STACK, Scratch, dot, scratch, surface
-from fiveaxis.check.verification.gouge_kernel import box_bound, deepest_in_triangle, frame_of
+from fiveaxis.check.verification.gouge_kernel import (
+    Body,
+    box_bound,
+    deepest_in_triangle,
+    frame_of,
+    put_in_frame,
+)
 
 if TYPE_CHECKING:
     from fiveaxis.cam import Surfaces, Triangles
@@ -49,8 +55,7 @@ def deepest_in_face(
     start: Array,
     tip: Array,
     frame: Array,
-    zones: Array,
-    ends: tuple[float, float],
+    body: Body,
     off: float,
     best: float,
     surfaces: Surfaces,
@@ -61,7 +66,6 @@ def deepest_in_face(
     Parameters
     ----------
     start : (3, 2), parameters
-    ends : mm above the tip, of the body
     off : mm, between the triangle and its surface at most
     """
     uv, corners, offs = np.empty((WAITING, 3, 2)), np.empty((WAITING, 3, 3)), np.empty(WAITING)
@@ -85,7 +89,7 @@ def deepest_in_face(
     while count > 0:
         count -= 1
         off = offs[count]
-        depth = deepest_in_triangle(corners[count], zones, ends[0], ends[1], best - off)
+        depth = deepest_in_triangle(corners[count], body, best - off)
         best = max(best, depth - off)
         if depth + off <= best + EXACT or count + 4 > WAITING:
             continue
@@ -109,20 +113,12 @@ def deepest_in_face(
 
 @compiled
 def deepest_all(
-    tips: Array,
-    axes: Array,
-    zones: Array,
-    ends: tuple[float, float],
-    mesh: Triangles,
-    surfaces: Surfaces,
-    deviation: float,
-    floors: Array,
+    tips: Array, axes: Array, body: Body, mesh: Triangles, surfaces: Surfaces, deviation: float, floors: Array
 ) -> Array:
     """Depth of one body in surfaces at each of (n, 3) tips and axes, at least the floor, (n,) → (n,) mm.
 
     Parameters
     ----------
-    zones, ends : the body's profile and the heights of its ends
     deviation : mm, between mesh and surfaces at most
     """
     leaves = len(mesh.boxes) // 2
@@ -135,24 +131,21 @@ def deepest_all(
         while count > 0:
             count -= 1
             node = waiting[count]
-            if box_bound(tip, axes[n], mesh.boxes[node], zones, ends[0], ends[1]) + deviation <= best:
+            if box_bound(tip, axes[n], mesh.boxes[node], body) + deviation <= best:
                 continue
             if node < leaves:
-                one = box_bound(tip, axes[n], mesh.boxes[2 * node], zones, ends[0], ends[1])
-                two = box_bound(tip, axes[n], mesh.boxes[2 * node + 1], zones, ends[0], ends[1])
+                one = box_bound(tip, axes[n], mesh.boxes[2 * node], body)
+                two = box_bound(tip, axes[n], mesh.boxes[2 * node + 1], body)
                 waiting[count + 1] = 2 * node if one > two else 2 * node + 1
                 waiting[count] = 4 * node + 1 - waiting[count + 1]
                 count += 2
                 continue
             for k in range((node - leaves) * width, (node - leaves + 1) * width):
-                for i in range(3):
-                    away = mesh.corners[k, i] - tip
-                    for j in range(3):
-                        local[i, j] = frame[j, 0] * away[0] + frame[j, 1] * away[1] + frame[j, 2] * away[2]
-                if deepest_in_triangle(local, zones, ends[0], ends[1], best - deviation) + deviation <= best:
+                put_in_frame(mesh.corners[k], tip, frame, local)
+                if deepest_in_triangle(local, body, best - deviation) + deviation <= best:
                     continue
                 face = mesh.owner[k]
                 off = 0.0 if surfaces.kind[face] == PLANE else deviation
-                best = deepest_in_face(face, mesh.uv[k], tip, frame, zones, ends, off, best, surfaces, work)
+                best = deepest_in_face(face, mesh.uv[k], tip, frame, body, off, best, surfaces, work)
         depths[n] = best
     return depths

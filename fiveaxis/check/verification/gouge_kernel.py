@@ -10,12 +10,16 @@ Importing this module loads numba.
 
 from __future__ import annotations
 
+from typing import TypeAlias
+
 import numpy as np
 
 from fiveaxis.base import Array, compiled, inner
 from fiveaxis.cam import STACK, nearest_triangle
 from fiveaxis.model import inside
 
+# A convex body of revolution: its zones, as in `inside`, and the heights of its ends, mm above the tip.
+Body: TypeAlias = tuple[Array, float, float]
 # mm: accuracy of a depth.
 EXACT = 1e-9
 # Steps along a line; each shortens the bracket to about half or less.
@@ -112,15 +116,12 @@ def deepest_across(corners: Array, count: int, normal: Array, zones: Array, best
 
 
 @inner
-def deepest_in_triangle(triangle: Array, zones: Array, low: float, high: float, best: float) -> float:
-    """Largest `inside` on the part of a triangle between two heights, or `best` if none is larger.
+def deepest_in_triangle(triangle: Array, body: Body, best: float) -> float:
+    """Largest `inside` on the part of a triangle between a body's ends, or `best` if none is larger.
 
-    Parameters
-    ----------
-    triangle : (3, 3), mm, in the tool's frame: tip at 0, axis along z
-    zones : as in `inside`
-    low, high : mm above the tip
+    The triangle, (3, 3) mm, is in the tool's frame: tip at 0, axis along z.
     """
+    zones, low, high = body
     bottom = min(triangle[0, 2], triangle[1, 2], triangle[2, 2])
     top = max(triangle[0, 2], triangle[1, 2], triangle[2, 2])
     if bottom > high or top < low:
@@ -177,8 +178,18 @@ def frame_of(axis: Array) -> Array:
 
 
 @inner
-def box_bound(tip: Array, axis: Array, box: Array, zones: Array, low: float, high: float) -> float:
+def put_in_frame(triangle: Array, tip: Array, frame: Array, out: Array) -> None:
+    """Write the corners of a triangle, (3, 3) mm, in the tool's frame."""
+    for i in range(3):
+        x, y, z = triangle[i, 0] - tip[0], triangle[i, 1] - tip[1], triangle[i, 2] - tip[2]
+        for j in range(3):
+            out[i, j] = frame[j, 0] * x + frame[j, 1] * y + frame[j, 2] * z
+
+
+@inner
+def box_bound(tip: Array, axis: Array, box: Array, body: Body) -> float:
     """Bound `inside` over a box from above, mm: no distance changes faster than the point moves."""
+    zones, low, high = body
     z = rho2 = half2 = reach = 0.0
     for k in range(3):
         off = 0.5 * (box[0, k] + box[1, k]) - tip[k]
@@ -194,22 +205,12 @@ def box_bound(tip: Array, axis: Array, box: Array, zones: Array, low: float, hig
 
 
 @inner
-def deepest(
-    tip: Array,
-    axis: Array,
-    zones: Array,
-    low: float,
-    high: float,
-    triangles: Array,
-    boxes: Array,
-    floor: float,
-) -> float:
+def deepest(tip: Array, axis: Array, body: Body, triangles: Array, boxes: Array, floor: float) -> float:
     """Depth of one body in the triangles of a tree, mm; `floor` if it is no deeper.
 
     Parameters
     ----------
     tip, axis : (3,), mm and unit vector
-    zones, low, high : the body's profile and the heights of its ends
     triangles, boxes : as in `fiveaxis.cam.mesh.kernels.nearest_triangle`
     """
     leaves = len(boxes) // 2
@@ -226,17 +227,11 @@ def deepest(
             continue
         if node >= leaves:
             for k in range((node - leaves) * width, (node - leaves + 1) * width):
-                for i in range(3):
-                    for j in range(3):
-                        local[i, j] = (
-                            frame[j, 0] * (triangles[k, i, 0] - tip[0])
-                            + frame[j, 1] * (triangles[k, i, 1] - tip[1])
-                            + frame[j, 2] * (triangles[k, i, 2] - tip[2])
-                        )
-                best = deepest_in_triangle(local, zones, low, high, best)
+                put_in_frame(triangles[k], tip, frame, local)
+                best = deepest_in_triangle(local, body, best)
             continue
-        one = box_bound(tip, axis, boxes[2 * node], zones, low, high)
-        two = box_bound(tip, axis, boxes[2 * node + 1], zones, low, high)
+        one = box_bound(tip, axis, boxes[2 * node], body)
+        two = box_bound(tip, axis, boxes[2 * node + 1], body)
         # The child that may be deeper comes first: it rules out most of the other.
         first = 2 * node if one > two else 2 * node + 1
         waiting[count], bounds[count] = 4 * node + 1 - first, min(one, two)
@@ -246,20 +241,11 @@ def deepest(
 
 
 @compiled
-def deepest_all(
-    tips: Array,
-    axes: Array,
-    zones: Array,
-    low: float,
-    high: float,
-    triangles: Array,
-    boxes: Array,
-    floors: Array,
-) -> Array:
+def deepest_all(tips: Array, axes: Array, body: Body, triangles: Array, boxes: Array, floors: Array) -> Array:
     """`deepest` for each row of tips and axes, (n, 3), and floors, (n,) → (n,) mm."""
     depths = np.empty(len(tips))
     for i in range(len(tips)):
-        depths[i] = deepest(tips[i], axes[i], zones, low, high, triangles, boxes, floors[i])
+        depths[i] = deepest(tips[i], axes[i], body, triangles, boxes, floors[i])
     return depths
 
 
