@@ -10,7 +10,8 @@ from __future__ import annotations
 import trimesh
 
 import fiveaxis as fx
-from fiveaxis.check import Clearances, Fixture, Surroundings
+from fiveaxis.base import Workpiece
+from fiveaxis.check import Fixture, Surroundings
 from fiveaxis.model import Box, Holder, Section
 
 TILT = (15, 75)  # degrees between tool axis and surface normal
@@ -23,7 +24,7 @@ def main() -> None:
     holder = Holder(stick_out=30.0, sections=(Section(length=40.0, diameter=40.0),))  # mm
     tool = fx.Tool.ball(8, shank_diameter=7.0, holder=holder)
     clamp = Fixture("clamp", Box(size=(20.0, 40.0, 20.0), center=(35.0, 0.0, 10.0)))  # mm, workpiece frame
-    around = Surroundings.load(part, None, (clamp,), Clearances())
+    around = Surroundings.of(Workpiece(part=part), fixtures=(clamp,))
 
     toolpath = fx.plan_contour(part, tool, stepdown=10, spacing=1.0)
     print(f"planned {len(toolpath)} locations, {int(toolpath.cutting.sum())} of them cuts")

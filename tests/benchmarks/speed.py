@@ -18,6 +18,7 @@ import numpy as np
 from scipy.interpolate import make_interp_spline
 
 import fiveaxis as fx
+from fiveaxis.base import Workpiece
 from fiveaxis.cam import TriangleTree, load_mesh, path_quality
 from fiveaxis.check import Surroundings, Tolerances
 from fiveaxis.check.verification.check_context import make_context
@@ -244,7 +245,7 @@ def time_collisions(part: Path, hayashi: fx.Machine) -> None:
     planned = fx.plan_contour(part, tool, stepdown=8)
     motion = fx.optimise(planned, hayashi, tilt=(15, 75), effort="quick").motion
     context = make_context(motion, hayashi, planned, None, Tolerances())
-    mesh = Surroundings.load(part).part
+    mesh = Surroundings.of(Workpiece(part=part)).part
     for solid in (mesh, mesh.subdivide()):
         around, effort = Surroundings(solid), {}
         rate(

@@ -15,6 +15,7 @@ import numpy as np
 import trimesh
 
 import fiveaxis as fx
+from fiveaxis.base import Workpiece
 from fiveaxis.check import Surroundings
 from fiveaxis.model import Constraints, follow, motion_energy, rotary_angles
 from fiveaxis.posture.solution import Baseline, Optimum
@@ -59,7 +60,7 @@ def dome(machine: fx.Machine, count: int, turns: int = 200) -> Optimum:
 def dome_with_stock(machine: fx.Machine, count: int) -> tuple[Optimum, Surroundings]:
     """The dome, with half a millimetre around it at rays 0.27 mm apart."""
     part = trimesh.creation.icosphere(subdivisions=5, radius=80.0)
-    return dome(machine, count, count // 100), Surroundings.load(part, "part+0.5")
+    return dome(machine, count, count // 100), Surroundings.of(Workpiece(part=part, stock="part+0.5"))
 
 
 def main() -> None:

@@ -11,15 +11,11 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from fiveaxis.base import (
-    MESH_TOLERANCE,
-    STOCK_TOLERANCE,
     Array,
     CadFile,
     JobError,
-    MeshSource,
     SettingError,
     StrictModel,
-    Unit,
     Workpiece,
     normalise,
     product,
@@ -236,45 +232,7 @@ class Surroundings:
         fixtures: tuple[Fixture, ...] = (),
         clearances: Clearances | None = None,
     ) -> Surroundings:
-        """Load part and stock as options give them, and the part's CAD file as `cad` says."""
-        return cls.load(
-            workpiece.part,
-            workpiece.stock,
-            fixtures,
-            clearances,
-            unit=workpiece.part_unit,
-            mesh_tolerance=cad.mesh_tolerance,
-            body=cad.body,
-            stock_resolution=workpiece.stock_resolution,
-            stock_tolerance=workpiece.stock_tolerance,
-            above_table=workpiece.above_table,
-        )
-
-    @classmethod
-    def load(
-        cls,
-        part: MeshSource | None = None,
-        stock: MeshSource | None = None,
-        fixtures: tuple[Fixture, ...] = (),
-        clearances: Clearances | None = None,
-        *,
-        unit: Unit | None = None,
-        mesh_tolerance: float = MESH_TOLERANCE,
-        body: str | None = None,
-        stock_resolution: float | None = None,
-        stock_tolerance: float = STOCK_TOLERANCE,
-        above_table: float | None = None,
-    ) -> Surroundings:
-        """Build surroundings from meshes or their files; parameters as for the class.
-
-        Parameters
-        ----------
-        stock : a mesh, or what `fiveaxis.check.stock.sources.load_stock` takes; with a closed part it can be
-        cut
-        unit : of the files of part and stock: ``mm``, ``inch`` or ``m``; by default what they state, or mm
-        mesh_tolerance, body : of the part's CAD file, as of `load_mesh`
-        stock_resolution : mm, distance of its rays; by default that of `load_stock`
-        stock_tolerance : mm, distance from the part within which the cut stock is finished
+        """Load part and stock as options give them, and the part's CAD file as `cad` says.
 
         Raises
         ------
@@ -285,20 +243,14 @@ class Surroundings:
         JobError
             A stock that doesn't contain the part.
         """
-        solid = None
+        part, solid = workpiece.part, None
         if isinstance(part, str | Path):
-            solid = read_solid(part, unit, mesh_tolerance=mesh_tolerance, body=body)
+            solid = read_solid(part, workpiece.part_unit, mesh_tolerance=cad.mesh_tolerance, body=cad.body)
         elif part is not None:
             solid = Mesh.of(part)
-        whole, blank = _take_stock(stock, solid, unit, stock_resolution)
-        return cls(
-            part=solid,
-            stock=whole,
-            fixtures=tuple(fixtures),
-            clearances=Clearances() if clearances is None else clearances,
-            blank=None if blank is None else replace(blank, tolerance=stock_tolerance),
-            above_table=above_table,
-        )
+        stock, blank = _take_stock(workpiece, solid)
+        clearances = Clearances() if clearances is None else clearances
+        return cls(solid, stock, tuple(fixtures), clearances, blank, workpiece.above_table)
 
     @cached_property
     def points(self) -> Array:
@@ -314,24 +266,20 @@ class Surroundings:
         return {name: mesh for name, mesh in given.items() if mesh is not None}
 
 
-def _take_stock(
-    given: MeshSource | None,
-    part: Mesh | None,
-    unit: Unit | None,
-    resolution: float | None,
-) -> tuple[Mesh | None, Blank | None]:
+def _take_stock(workpiece: Workpiece, part: Mesh | None) -> tuple[Mesh | None, Blank | None]:
     """Load a stock: as a mesh, which nothing cuts, and as rays with the part in them, if that is closed."""
+    given = workpiece.stock
     if given is None:
         return None, None
     mesh = None if isinstance(given, str | Path) else Mesh.of(given)
     if isinstance(given, str | Path) and names_mesh(given):
-        mesh = read_solid(given, unit)
+        mesh = read_solid(given, workpiece.part_unit)
     if part is None or not part.is_watertight:
         if mesh is None:
             raise SettingError(f"stock {given} is cut down to a part: give the part's closed mesh (part)")
         return mesh, None
-    rays = load_stock(given if mesh is None else mesh, part, resolution)
-    blank = Blank.of(rays, part)
+    rays = load_stock(given if mesh is None else mesh, part, workpiece.stock_resolution)
+    blank = replace(Blank.of(rays, part), tolerance=workpiece.stock_tolerance)
     return (mesh_of(rays) if mesh is None else mesh), blank
 
 

@@ -15,14 +15,12 @@ from fiveaxis.base import (
     Array,
     JobError,
     MeshError,
-    MeshSource,
     SettingError,
-    Unit,
     read_input,
     require_suffix,
     write_atomically,
 )
-from fiveaxis.cam import Mesh, load_mesh
+from fiveaxis.cam import Mesh
 from fiveaxis.check.stock.dexels import Bundle, Stock, default_resolution
 from fiveaxis.check.stock.sweeping import BallSweep
 from fiveaxis.model import Tool, cutter_pieces, shapes
@@ -124,45 +122,37 @@ def with_allowance(mesh: Mesh, allowance: float, resolution: float) -> Stock:
     return whole.without(around)
 
 
-def load_stock(
-    given: MeshSource,
-    part: Mesh,
-    resolution: float | None = None,
-    *,
-    unit: Unit | None = None,
-) -> Stock:
+def load_stock(given: str | Path | Mesh, part: Mesh, resolution: float | None = None) -> Stock:
     """Make the stock that is asked for.
 
     Parameters
     ----------
     given : ``box:60:60:40`` and ``cylinder:60:40`` (about Z), mm, centred above the part's own centre and
-        from its lowest point upwards; ``part+0.5``, mm; a closed mesh or its file; or an ``.npz`` file that
-        `save_stock` wrote
+        from its lowest point upwards; ``part+0.5``, mm; a closed mesh; or an ``.npz`` file that `save_stock`
+        wrote
     part : the finished part, mm, workpiece frame
     resolution : mm, largest distance of rays; by default the part's longest side in 600, or the stock's
         in 1200 where that is coarser. A file has its own
-    unit : of a mesh's file
 
     Raises
     ------
     SettingError
         A form that isn't known, or a resolution that takes too much memory.
     MeshError, JobError
-        A mesh or file that can't be read, an open mesh.
+        A file that can't be read, an open mesh.
     """
     bounds = part.bounds
 
     def step(size: Array) -> float:
         return default_resolution(bounds, size) if resolution is None else resolution
 
-    if not isinstance(given, str | Path):
-        mesh = Mesh.of(given)
-        return of_mesh(mesh, step(mesh.extents))
+    if isinstance(given, Mesh):
+        return of_mesh(given, step(given.extents))
     text = str(given)
-    if names_file(text) and not names_mesh(text):
+    if names_file(text):
         return read_stock(text)
-    kind, sign, rest = text.partition("+" if text.lower().startswith(f"{PART}+") else ":")
-    figures = _figures(rest, text) if sign and kind.lower() in (BOX, CYLINDER, PART) else ()
+    kind, _, rest = text.partition("+" if text.lower().startswith(f"{PART}+") else ":")
+    figures = _figures(rest, text)
     middle = (bounds[0] + bounds[1]) / 2.0
     foot = np.array([middle[0], middle[1], bounds[0, 2]])
     if kind.lower() == BOX and len(figures) == 3:
@@ -174,10 +164,7 @@ def load_stock(
         return cylinder(foot, np.array([0.0, 0.0, 1.0]), figures[0] / 2.0, figures[1], step(size))
     if kind.lower() == PART and len(figures) == 1:
         return with_allowance(part, figures[0], step(bounds[1] - bounds[0] + 2.0 * figures[0]))
-    if figures:
-        raise SettingError(f"stock {text!r}: write {FORMS}")
-    mesh = load_mesh(text, unit=unit)
-    return of_mesh(mesh, step(mesh.extents))
+    raise SettingError(f"stock {text!r}: write {FORMS}")
 
 
 def names_file(given: str | Path) -> bool:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 
 import numpy as np
 
-from fiveaxis.base import JOB, Array, BoolArray, IntArray, MeshSource, angle_between, risk
-from fiveaxis.cam import Mesh, Model, TriangleTree, load_mesh, size_text, tree_of
+from fiveaxis.base import JOB, Array, BoolArray, IntArray, angle_between, risk
+from fiveaxis.cam import Mesh, Model, TriangleTree, size_text, tree_of
 from fiveaxis.check.collision.scene import LENGTH, WATERTIGHT
 from fiveaxis.check.verification.check_context import CheckContext, Tolerances
 from fiveaxis.check.verification.checks import largest
@@ -26,7 +25,7 @@ LITTLE = 1e-4
 MOST_ROUNDS = 40
 
 
-def check_gouge(context: CheckContext, part: MeshSource | None, *, tcp_height: float | None = None) -> Result:
+def check_gouge(context: CheckContext, part: Mesh | None, *, tcp_height: float | None = None) -> Result:
     """Check that the cutter stays out of the part, at the locations and in the moves between them.
 
     Its depth may be `Tolerances.row_gouge` at a location and `Tolerances.chord_gouge` within a move, in links
@@ -35,20 +34,15 @@ def check_gouge(context: CheckContext, part: MeshSource | None, *, tcp_height: f
     Parameters
     ----------
     context : the motion
-    part : the mesh, or its file; without it nothing is checked
+    part : its mesh; without it nothing is checked
     tcp_height : mm above the tip, of the point that moves straight under TCP while the rotary axes turn in
         proportion; None with joint interpolation
-
-    Raises
-    ------
-    MeshError
-        The part can't be read.
     """
     if part is None:
         return left_out("gouge", {"gouge_depth_mm": None}, NO_PART)
-    mesh = load_mesh(part, allow_open=True) if isinstance(part, str | Path) else Mesh.of(part)
-    tolerances, body = context.tolerances, CuttingBody.of(context.toolpath.tool)
-    here, within = gouge_depths(context, mesh, tcp_height=tcp_height)
+    part, tolerances = Mesh.of(part), context.tolerances
+    body = CuttingBody.of(context.toolpath.tool)
+    here, within = gouge_depths(context, part, tcp_height=tcp_height)
     inserted = context.constraints.inserted
     given = np.zeros(len(here), dtype=bool) if inserted is None else ~inserted
     allowed = np.where(given, tolerances.location_gouge, tolerances.row_gouge)
@@ -76,8 +70,8 @@ def check_gouge(context: CheckContext, part: MeshSource | None, *, tcp_height: f
         values=depth[rows],
         message=message,
         figures={"gouge_depth_mm": largest(np.maximum(depth, 0.0))},
-        checked=(_what_was_checked(name, body, mesh, tolerances, float(allowed.min()), tcp_height),),
-        not_checked=(*(() if mesh.is_watertight else (inside,)), *(() if body.is_stated else (edges,))),
+        checked=(_what_was_checked(name, body, part, tolerances, float(allowed.min()), tcp_height),),
+        not_checked=(*(() if part.is_watertight else (inside,)), *(() if body.is_stated else (edges,))),
     )
 
 

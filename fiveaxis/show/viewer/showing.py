@@ -88,7 +88,7 @@ def show_program(program: str | Path, machine: Machine | str | Path, given: Show
     Raises
     ------
     FiveAxisError
-        As `read_program`, if no operation can be read; a file that is no program; as `Surroundings.load`.
+        As `read_program`, if no operation can be read; a file that is no program; as `Surroundings.of`.
     """
     around = Surroundings.of(given, given, given.fixtures, given.clearances)
     return show_operations(program, take_machine(machine), given, around)

@@ -7,7 +7,8 @@ import pytest
 import trimesh
 
 import fiveaxis as fx
-from fiveaxis.check import Clearances, Fixture, Surroundings
+from fiveaxis.base import Workpiece
+from fiveaxis.check import Fixture, Surroundings
 from fiveaxis.job import read_job, run_job
 from fiveaxis.model import Box, Cylinder
 from fiveaxis.model.toolpath.tool import Holder, Section
@@ -57,7 +58,7 @@ def test_a_holder_beside_a_clamp_gets_the_same_findings(hide, jaw):
         "box": Box(size=(20.0, 40.0, 20.0), center=(35.0, 0.0, 10.0)),
         "cylinder": Cylinder(10.0, 40.0, (35.0, 0.0, 10.0), (0.0, 1.0, 0.0)),
     }
-    around = Surroundings.load(part, None, (Fixture("clamp", shapes[jaw]),), Clearances())
+    around = Surroundings.of(Workpiece(part=part), fixtures=(Fixture("clamp", shapes[jaw]),))
     holder = Holder(stick_out=30.0, sections=(Section(length=40.0, diameter=40.0),))
     tool = fx.Tool.ball(8, shank_diameter=7.0, holder=holder)
     machine = fx.load_machine("hayashi-640123")

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from fiveaxis.base import Workpiece
 from fiveaxis.base.errors import InputError, JobError, MeshError, SettingError
 from fiveaxis.base.settings import StrictModel, read_settings
 from fiveaxis.check import Clearances, ClearanceTable, Fixture, FixtureTable, Surroundings
@@ -35,7 +36,7 @@ def test_a_file_that_is_inside_out_is_refused_and_not_inverted_silently(block, t
     block.invert()
     block.export(tmp_path / "part.stl")
     with pytest.raises(MeshError, match=r"part\.stl: its normals point into the material"):
-        Surroundings.load(tmp_path / "part.stl")
+        Surroundings.of(Workpiece(part=tmp_path / "part.stl"))
 
 
 def test_one_inverted_triangle_is_found(block):

@@ -7,6 +7,7 @@ import pytest
 import trimesh
 
 from fiveaxis.base.errors import JobError, MeshError, SettingError
+from fiveaxis.cam import Mesh
 from fiveaxis.check import Blank, save_stock
 from fiveaxis.check.stock.display import mesh_of
 from fiveaxis.check.stock.sources import cylinder, load_stock, of_mesh, read_stock
@@ -90,7 +91,7 @@ def test_a_stock_that_is_written_wrong_is_refused(part, text):
 def test_an_open_mesh_is_refused(part):
     open_mesh = trimesh.Trimesh(part.vertices, part.faces[1:], process=False)
     with pytest.raises(MeshError, match="isn't watertight"):
-        load_stock(open_mesh, part, PITCH)
+        load_stock(Mesh.of(open_mesh), part, PITCH)
 
 
 def test_a_file_that_isnt_a_stock_is_refused(tmp_path, part):

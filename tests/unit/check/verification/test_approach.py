@@ -9,6 +9,7 @@ import pytest
 import trimesh
 from support.sampled_surfaces import without_nose
 
+from fiveaxis.base import Workpiece
 from fiveaxis.base.errors import Unverified
 from fiveaxis.check import Fixture, Gate, Report, Surroundings, choose_leads, verify
 from fiveaxis.check.verification.approach import clear_from_anywhere, height_above
@@ -74,7 +75,7 @@ def program_of(motion, machine, after: After, settings: ProgramSettings | None =
 def verified(machine, path, part, rotary=UPRIGHT, **options):
     motion = follow(path, machine, rotary)
     report = verify(motion, machine, path, part=part)
-    leads = choose_leads(motion, machine, path, surroundings=Surroundings.load(part), **options)
+    leads = choose_leads(motion, machine, path, surroundings=Surroundings.of(Workpiece(part=part)), **options)
     return motion, report, After(leads.lead_in, leads.lead_out, report.merge(leads.report))
 
 

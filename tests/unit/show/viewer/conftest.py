@@ -8,6 +8,7 @@ import pytest
 import trimesh
 from support.quick_optimiser import tilt_bounds
 
+from fiveaxis.base import Workpiece
 from fiveaxis.check import Surroundings
 from fiveaxis.check.stock.cutting import cut_stock
 from fiveaxis.model import (
@@ -74,7 +75,7 @@ def part() -> trimesh.Trimesh:
 
 @pytest.fixture(scope="session")
 def stocked(part) -> Surroundings:
-    return Surroundings.load(part, "part+2", stock_resolution=RESOLUTION)
+    return Surroundings.of(Workpiece(part=part, stock="part+2", stock_resolution=RESOLUTION))
 
 
 @pytest.fixture(scope="session")

@@ -11,6 +11,7 @@ import pytest
 import trimesh
 from support.quick_optimiser import tilt_bounds
 
+from fiveaxis.base import Workpiece
 from fiveaxis.base.errors import SettingError
 from fiveaxis.base.findings import Finding, Place, Severity
 from fiveaxis.check import Surroundings
@@ -137,7 +138,7 @@ def test_a_hundred_thousand_locations_stay_below_the_largest_page(solution, tmp_
 @pytest.mark.slow
 def test_two_thousand_rough_moves_with_their_stock_stay_below_the_largest_page(solution):
     part = trimesh.creation.icosphere(subdivisions=5, radius=80.0)
-    around = Surroundings.load(part, "part+0.5", stock_resolution=0.5)
+    around = Surroundings.of(Workpiece(part=part, stock="part+0.5", stock_resolution=0.5))
     page = render_page(dome_solution(solution.machine, 2_000), surroundings=around)
     assert len(page.encode()) < LARGEST
 

@@ -8,6 +8,7 @@ import trimesh
 from scipy.spatial import cKDTree
 from support.stock_on_page import surface, unpacked
 
+from fiveaxis.base import Workpiece
 from fiveaxis.check import Surroundings
 from fiveaxis.check.stock.colouring import FINISHED, LEFT, UNCUT
 from fiveaxis.model import tool_poses
@@ -60,7 +61,9 @@ def test_what_remains_is_coloured_by_what_is_left(stock_page):
 
 
 def test_the_map_has_the_tolerance_of_the_stock(solution, part, cut_program):
-    around = Surroundings.load(part, "part+2", stock_resolution=RESOLUTION, stock_tolerance=0.2)
+    around = Surroundings.of(
+        Workpiece(part=part, stock="part+2", stock_resolution=RESOLUTION, stock_tolerance=0.2)
+    )
     page = render_page(solution, program=cut_program, surroundings=around)
     assert "within 0.2 mm of the part" in page
     assert "dark from 2 mm" in page
