@@ -114,12 +114,10 @@ def verify(
         def work(step: Progress) -> tuple[Machine, tuple[Finding, ...]]:
             step("reading part and path", 0, 1)
             machine, against, told = load_checked(path, options)
-            touching = options["surface_tolerance"]
-            given = {} if touching is None else {"surface_tolerance": touching}
             each = operations_apart(program, machine, reading_of(options), whole=path is not None)
             for number, (operation, reading) in enumerate(each):
                 step("verifying the program", number, len(each))
-                report = check_program(program, machine, against, reading, **given)
+                report = check_program(program, machine, against, reading)
                 reports[operation] = report
                 if report.cut is not None:
                     around = replace(against.surroundings or Surroundings(), blank=report.cut.following())
@@ -195,7 +193,7 @@ def load_checked(
 ) -> tuple[Machine, Against, tuple[Finding, ...]]:
     """Load a check's machine and what it checks against, and say where a job's part stands."""
     from fiveaxis.cam import on_part
-    from fiveaxis.check import Against, Checking
+    from fiveaxis.check import DEFAULT_TOLERANCES, Against, Checking
     from fiveaxis.job import part_unit, read_job, resolve, stated_control
     from fiveaxis.model import Constraints, load_machine, parse_tool
     from fiveaxis.nc import ProgramOptions, read_toolpath
@@ -205,7 +203,8 @@ def load_checked(
     given = read_flags(ProgramBounds, options)
     bounds = Checking(**given).bounds
     gouge = options["gouge_tolerance"]
-    meshes = {name: options[name] for name in ("crease", "part_unit") if options[name] is not None}
+    named = "crease", "part_unit", "surface_tolerance"
+    meshes = {name: options[name] for name in named if options[name] is not None}
     findings: tuple[Finding, ...] = ()
     if path is not None and path.suffix.lower() == ".toml":
         task = resolve(_moved(read_job(path), options))
@@ -226,7 +225,7 @@ def load_checked(
             shape = options["path_shape"]
             toolpath = read_toolpath(path, tool=tool, machine=machine, path_shape=shape)
     machine = machine.with_control(options["control"])
-    tolerance = {} if gouge is None else {"gouge_tolerance": gouge}
+    allowed = DEFAULT_TOLERANCES if gouge is None else DEFAULT_TOLERANCES.with_gouge(gouge)
     cutter = tool or (None if toolpath is None else toolpath.tool)
     if toolpath is not None and around is not None:
         toolpath = on_part(toolpath, around.part)
@@ -235,8 +234,8 @@ def load_checked(
         cutter,
         around,
         Constraints.of(bounds),
+        allowed,
         program=required,
-        **tolerance,
         **meshes,
     )
     return machine, against, findings

@@ -203,11 +203,13 @@ class RevisedOperation:
         """Read the operation's text, as it was or revised, and verify it as a solution's."""
         read = load_program(source, self.machine, self.path.tool, self.reading)
         against = Against(
-            toolpath=self.path, surroundings=solution.surroundings, constraints=solution.constraints
+            toolpath=self.path,
+            surroundings=solution.surroundings,
+            constraints=solution.constraints,
+            tolerances=solution.tolerances,
+            surface_tolerance=self.job.surrounding.surface_tolerance,
         )
-        gap = self.job.surrounding.surface_tolerance
-        report = check_read(read, self.machine, against, gap, solution.tolerances)
-        return read, Gate.of(report, self.job.override)
+        return read, Gate.of(check_read(read, self.machine, against), self.job.override)
 
     def _wound(self, machine: Machine, rotary: Array) -> Array:
         """Turn axes without limits by whole turns, so that they begin nearest to where they were."""

@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
-from fiveaxis.base import JOB, SURFACE_TOLERANCE, Finding, Gap, Reading, Severity, ToolpathError, risk
+from fiveaxis.base import JOB, Finding, Gap, Reading, Severity, ToolpathError, risk
 from fiveaxis.cam import size_findings
 from fiveaxis.check.collision.surroundings import Surroundings
 from fiveaxis.check.verification.between import JOINT_ONLY, CheckedInterpolation
@@ -86,12 +86,7 @@ def verify_text(
 
 
 def check_program(
-    program: str | Path | Source,
-    machine: Machine,
-    against: Against,
-    reading: Reading,
-    surface_tolerance: float = SURFACE_TOLERANCE,
-    tolerances: Tolerances | None = None,
+    program: str | Path | Source, machine: Machine, against: Against, reading: Reading
 ) -> Report:
     """Check a program, with block delete off and on where that matters, or the table of a motion.
 
@@ -101,8 +96,6 @@ def check_program(
         over the table (`stated_height`)
     against : path, tool, surroundings and constraints
     reading : how the program is read
-    surface_tolerance : mm, gap between cutter and part that counts as touching
-    tolerances : bounds beyond which a difference is a finding; by default those of `against`
 
     Raises
     ------
@@ -118,7 +111,7 @@ def check_program(
     def check(reading: Reading) -> Report:
         read = load_program(source, machine, against.cutter, reading)
         read = replace(read, motion=replace(read.motion, findings=(*read.motion.findings, *stands)))
-        return check_read(read, machine, against.of_program(read.motion), surface_tolerance, tolerances)
+        return check_read(read, machine, against.of_program(read.motion))
 
     report, skips = check(reading), reading.block_delete
     if "skipped-blocks" not in report.counts:
@@ -134,13 +127,7 @@ def check_program(
     return report.merge(Report.of_findings(told))
 
 
-def check_read(
-    read: TracedProgram,
-    machine: Machine,
-    against: Against,
-    surface_tolerance: float = SURFACE_TOLERANCE,
-    tolerances: Tolerances | None = None,
-) -> Report:
+def check_read(read: TracedProgram, machine: Machine, against: Against) -> Report:
     """Check a program that was read as `check_program` does."""
     toolpath, around = against.zoned_path, against.surroundings or Surroundings()
     whole, read = read, read.placed()
@@ -148,12 +135,11 @@ def check_read(
     placed = read.is_placed or toolpath is not None
     if toolpath is not None:
         read = replace(read, path=read.path.in_zone(toolpath.zone))
-    allowed = tolerances or against.tolerances
-    context = _context(read, machine, against.constraints, allowed)
+    context = _context(read, machine, against)
     match = None
     if toolpath is not None:
         match = follow(context, toolpath, tcp_height=read.tcp_height, by_direction=read.by_direction)
-    rows = ProgramRows(read, against, match, surface_tolerance)
+    rows = ProgramRows(read, against, match)
     lacking = ((against.cutter, NO_TOOL), (toolpath, NO_PATH))
     left = (*NOT_CHECKED, *(sentence for given, sentence in lacking if given is None))
     if read is not whole or not placed:
@@ -167,7 +153,7 @@ def check_read(
 def check_motion_table(motion: Motion, machine: Machine, against: Against) -> Report:
     """Check the durations in the table of a motion against its own feeds, with the given cutter."""
     read = trace_table(motion, machine, against.cutter, "motion")
-    context = _context(read, machine, against.constraints, against.tolerances)
+    context = _context(read, machine, against)
     results = (check_finite(context), *check_program_feeds(context, ProgramRows(read, against)))
     return make_report(results, read.path, ())
 
@@ -180,13 +166,11 @@ def _part_size(around: Surroundings, against: Against) -> tuple[Finding, ...]:
     return size_findings(around.part.extents, unit=unit, diameter=diameter, name="part")
 
 
-def _context(
-    read: TracedProgram, machine: Machine, constraints: Constraints, tolerances: Tolerances
-) -> CheckContext:
+def _context(read: TracedProgram, machine: Machine, against: Against) -> CheckContext:
     # The path of a program's pivot over its blocks isn't the path's.
-    turning = replace(constraints, tilt=None, cone=None, lead=None, lean=None, plane=None)
+    turning = replace(against.constraints, tilt=None, cone=None, lead=None, lean=None, plane=None)
     turning = replace(turning, least_cutting_speed=None, turn_rate=None)
     if len(machine.rotaries) != 2:
         turning = replace(turning, singular_cone=None, singular_rate=0.0)
     applied = PathConstraints.of(read.path, machine, turning)
-    return make_context(read.motion, machine, read.path, applied, tolerances.of_program())
+    return make_context(read.motion, machine, read.path, applied, against.tolerances.of_program())

@@ -44,8 +44,9 @@ class Against:
     tool : the cutter; by default that of `toolpath`
     surroundings : part, stock and fixtures
     constraints : on postures and turns
-    gouge_tolerance : mm, how deep the cutter may reach into the part
+    tolerances : bounds beyond which a difference is a finding
     program : control and settings of the program that was asked for: its spindle, tool, offsets, coolant
+    surface_tolerance : mm, gap between cutter and part that counts as touching
     crease : deg; facets of the part that meet at a smaller angle are one smooth surface
     part_unit : of the part's file, for the finding on its size
     """
@@ -54,8 +55,9 @@ class Against:
     tool: Tool | None = None
     surroundings: Surroundings | None = None
     constraints: Constraints = field(default_factory=Constraints)
-    gouge_tolerance: float = DEFAULT_TOLERANCES.gouge
+    tolerances: Tolerances = DEFAULT_TOLERANCES
     program: Requested | None = None
+    surface_tolerance: float = SURFACE_TOLERANCE
     crease: float = CREASE
     part_unit: Unit = "mm"
 
@@ -89,11 +91,6 @@ class Against:
         """The path with the zone of the cutter that touches within the bounds on tilt, lead and lean."""
         return None if self.toolpath is None else self.constraints.zoned(self.toolpath)
 
-    @property
-    def tolerances(self) -> Tolerances:
-        """The default tolerances, with this gouge tolerance."""
-        return DEFAULT_TOLERANCES.with_gouge(self.gouge_tolerance)
-
 
 NOTHING = Against()
 
@@ -107,13 +104,11 @@ class ProgramRows:
     read : the program
     against : path, tool, surroundings and constraints
     match : the path's locations among the rows; None without a path
-    surface_tolerance : mm, gap between cutter and part that counts as touching
     """
 
     read: TracedProgram
     against: Against
     match: Match | None = None
-    surface_tolerance: float = SURFACE_TOLERANCE
 
     @property
     def coordinates(self) -> Coordinates:
@@ -179,7 +174,8 @@ def check_program_lean(context: CheckContext, rows: ProgramRows, part: Mesh | No
     elif any(bound is not None for bound in (given.tilt, given.lead, given.lean)):
         if part is None:
             raise SettingError("tilt refers to surface normals; give the part (--part) or the path (--path)")
-        path = find_contacts(path, part, tolerance=rows.surface_tolerance, crease=rows.against.crease)
+        against = rows.against
+        path = find_contacts(path, part, tolerance=against.surface_tolerance, crease=against.crease)
     if match is None:
         path = given.zoned(path)
     applied = PathConstraints.of(path, context.machine, given.of_lean)

@@ -93,9 +93,10 @@ def verify_program(
         given.tool,
         Surroundings.of(given, given, given.fixtures, given.clearances),
         Constraints.of(given.bounds),
+        given.tolerances.with_gouge(given.gouge_tolerance),
         program=required,
+        surface_tolerance=given.surface_tolerance,
         part_unit=given.part_unit or "mm",
         crease=given.crease,
     )
-    allowed = given.tolerances.with_gouge(given.gouge_tolerance)
-    return check_program(program, machine, against, given, given.surface_tolerance, allowed)
+    return check_program(program, machine, against, given)

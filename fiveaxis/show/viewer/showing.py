@@ -15,6 +15,7 @@ from fiveaxis.base import (
     unheard,
 )
 from fiveaxis.check import (
+    DEFAULT_TOLERANCES,
     Against,
     Clearances,
     Fixture,
@@ -130,8 +131,13 @@ def show_operations(
             assumed.append(AT_PART)
         name = "" if motion.operation is None else motion.operation.tool
         tool = tools.get(name, tools.get("")) or motion.tool
-        against = Against(None, tool, None if tool is None else around, gouge_tolerance=given.gouge_tolerance)
-        report = check_program(source, machine, against, own, given.surface_tolerance)
+        against = Against(
+            tool=tool,
+            surroundings=None if tool is None else around,
+            tolerances=DEFAULT_TOLERANCES.with_gouge(given.gouge_tolerance),
+            surface_tolerance=given.surface_tolerance,
+        )
+        report = check_program(source, machine, against, own)
         if report.cut is not None:
             around = replace(around, blank=report.cut.following())
         standings += [] if report.standing is None else [report.standing]
