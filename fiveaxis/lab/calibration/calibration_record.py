@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 
 from fiveaxis.base import Array, HasColumns
 from fiveaxis.model import Drive, Machine, Provenance, machine_text
+
+# Ends of names in JSON.
+POWERS = ("residual_rms", "noise", "standstill_power", "moving_power", "nominal")
+ENERGIES = ("measured", "fitted", "whole_measured", "whole_fitted")
+UNITS = {"time": "_s", "whole_time": "_s"} | dict.fromkeys(POWERS, "_W") | dict.fromkeys(ENERGIES, "_J")
 
 
 @dataclass(frozen=True)
@@ -91,7 +96,6 @@ class Calibration(HasColumns):
     Parameters
     ----------
     axis : letter
-    logs : names of the fitted ones
     model : its name in a machine file
     drive : the fitted drive
     coefficients : in the order of the model
@@ -108,6 +112,7 @@ class Calibration(HasColumns):
     rows : number of rows used
     dropped : reason → number of rows that weren't used
     gaps : reason → number of steps between rows that are gaps
+    logs : names of the fitted ones
     source : names of the logs, with their digests
     note : what was given rather than fitted
     runs : energy of each log; of a single one only if others are held out
@@ -115,7 +120,6 @@ class Calibration(HasColumns):
     """
 
     axis: str
-    logs: tuple[str, ...]
     model: str
     drive: Drive
     coefficients: tuple[Coefficient, ...]
@@ -131,6 +135,7 @@ class Calibration(HasColumns):
     rows: int
     dropped: Mapping[str, int]
     gaps: Mapping[str, int]
+    logs: tuple[str, ...]
     source: str
     note: str
     runs: tuple[RunEnergy, ...]
@@ -169,44 +174,19 @@ class Calibration(HasColumns):
 
     def document(self) -> dict[str, Any]:
         """Return everything but the rows as plain data for JSON."""
-        return {
-            "axis": self.axis,
-            "model": self.model,
-            "coefficients": {
-                c.name: {"value": c.value, "unit": c.unit, "low": c.low, "high": c.high}
-                for c in self.coefficients
-            },
-            "left_out": list(self.left_out),
-            "r_squared": self.r_squared,
-            "r_squared_moving": self.r_squared_moving,
-            "residual_rms_W": self.residual_rms,
-            "noise_W": self.noise,
-            "standstill_power_W": self.standstill_power,
-            "standstill_rows": self.standstill_rows,
-            "moving_power_W": self.moving_power,
-            "nominal_W": self.nominal,
-            "rows": self.rows,
-            "dropped": dict(self.dropped),
-            "gaps": dict(self.gaps),
-            "logs": list(self.logs),
-            "source": self.source,
-            "note": self.note,
-            "runs": [
-                {
-                    "name": run.name,
-                    "held_out": run.held_out,
-                    "rows": run.rows,
-                    "time_s": run.time,
-                    "measured_J": run.measured,
-                    "fitted_J": run.fitted,
-                    "r_squared": run.r_squared,
-                    "whole_time_s": run.whole_time,
-                    "whole_measured_J": run.whole_measured,
-                    "whole_fitted_J": run.whole_fitted,
-                    "dropped": dict(run.dropped),
-                    "gaps": dict(run.gaps),
-                }
-                for run in self.runs
-            ],
+        figures = _plain(self, "drive", "speed", "power", "fitted")
+        coefficients = {c.name: _plain(c, "name") for c in self.coefficients}
+        return figures | {
+            "coefficients": coefficients,
+            "runs": [_plain(run) for run in self.runs],
             "block": self.block,
         }
+
+
+def _plain(record: Coefficient | RunEnergy | Calibration, *but: str) -> dict[str, Any]:
+    """Return the fields of a record, but some, by their names in JSON, which have the units."""
+    values = {f.name: getattr(record, f.name) for f in fields(record) if f.name not in but}
+    return {
+        name + UNITS.get(name, ""): list(value) if isinstance(value, tuple) else value
+        for name, value in values.items()
+    }
