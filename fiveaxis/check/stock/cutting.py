@@ -9,7 +9,7 @@ import numpy as np
 
 from fiveaxis.base import STOCK_TOLERANCE, Array, IntArray
 from fiveaxis.cam import Mesh
-from fiveaxis.check.stock.comparing import Deviations, compare, sweep_tolerance
+from fiveaxis.check.stock.comparing import Deviations, compare, require_part_inside, sweep_tolerance
 from fiveaxis.check.stock.dexels import Removal, Stock
 from fiveaxis.check.stock.sources import fill
 from fiveaxis.check.stock.sweeping import Poses, Sweep, swept, swept_outline
@@ -50,8 +50,6 @@ class Blank:
         JobError
             The part reaches out of the stock.
         """
-        from fiveaxis.check.stock.comparing import require_part_inside
-
         part = fill(stock.emptied(), mesh)
         require_part_inside(stock, mesh, part)
         return cls(stock, mesh, part)
@@ -101,11 +99,7 @@ def cut_stock(
     rapid : those of `rows` in whose moves the cutter mustn't touch the stock either; by default none
     """
     stock = blank.stock.copy()
-    first, bounds, tolerance = (
-        stock.blocks,
-        np.array([stock.low, stock.high]),
-        sweep_tolerance(stock.resolution),
-    )
+    bounds, tolerance = np.array([stock.low, stock.high]), sweep_tolerance(stock.resolution)
     sweeps = swept(tool, poses, rows, tolerance, bounds)
     mustnt: dict[str, tuple[Sweep, ...]] = {
         part.name: swept_outline(part.outline, poses, rows, tolerance, bounds)
@@ -121,7 +115,7 @@ def cut_stock(
         run.cut(begin, min(begin + MOST_AT_ONCE, count))
     deviations = compare(stock, blank.mesh, blank.part)
     removal = Removal(run.volume, run.contact)
-    return CutStock(blank, stock, sweeps, first, removal, deviations, run.touched)
+    return CutStock(blank, stock, sweeps, blank.stock.blocks, removal, deviations, run.touched)
 
 
 class _Run:

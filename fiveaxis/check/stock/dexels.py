@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import partial
 from itertools import pairwise
@@ -55,6 +55,12 @@ class Bundle:
     def held(self) -> BoolArray:
         """Which of the ends are those of intervals, (rays, 2K); the others hold what was there before."""
         return np.asarray(np.arange(self.ends.shape[1]) < 2 * self.count[:, None].astype(np.int64))
+
+    @property
+    def length(self) -> float:
+        """Length of the material on all rays, mm."""
+        lengths = self.ends[:, 1::2] - self.ends[:, ::2]
+        return float(lengths[self.held[:, ::2]].sum(dtype=float))
 
     def copy(self) -> Bundle:
         """Copy all arrays."""
@@ -221,9 +227,7 @@ class Stock:
 
     def volumes(self) -> Array:
         """Compute the volume by x, y and z rays, (3,) mm³."""
-        from fiveaxis.check.stock.rays import length_of
-
-        return np.array([length_of(b.ends, b.count) * self.ray_area(d) for d, b in enumerate(self.bundles)])
+        return np.array([bundle.length * self.ray_area(d) for d, bundle in enumerate(self.bundles)])
 
     def cut(self, *sweeps: Sweep, blocks: int) -> Removal:
         """Remove what the convex bodies of a cutter sweep.
@@ -240,25 +244,25 @@ class Stock:
         -------
         What each block removed, by its first body where several remove the same
         """
-        figures = np.zeros((3, blocks, 2))
-        for sweep in sweeps:
-            placed = sweep.moved(-self.low)
-            for d in range(3):
-                self._run(d, placed, figures)
+        figures = self._run(sweeps, blocks)
         self.blocks += blocks
         return Removal(figures[:, :, 0], figures[:, :, 1].sum(axis=0))
 
     def touched(self, *sweeps: Sweep, blocks: int) -> Array:
         """Measure what bodies sweep of the material, which stays: (blocks,) mm³, the most of the bundles'."""
+        return np.asarray(self._run(sweeps, blocks, keep=True)[:, :, 0].max(axis=0))
+
+    def _run(self, sweeps: Sequence[Sweep], blocks: int, *, keep: bool = False) -> Array:
+        """Cut all bundles, or only measure what would be cut; (3, blocks, 2), volume and contact of each."""
         figures = np.zeros((3, blocks, 2))
         for sweep in sweeps:
             placed = sweep.moved(-self.low)
             for d in range(3):
-                self._run(d, placed, figures, keep=True)
-        return np.asarray(figures[:, :, 0].max(axis=0))
+                figures[d] += self._run_along(d, placed, blocks, keep)
+        return figures
 
-    def _run(self, d: int, sweep: Sweep, figures: Array, *, keep: bool = False) -> None:
-        """Cut the bundle along d, or only measure what would be cut, and add to figures, (3, blocks, 2)."""
+    def _run_along(self, d: int, sweep: Sweep, blocks: int, keep: bool) -> Array:
+        """Cut the bundle along d in strips; (blocks, 2)."""
         from fiveaxis.check.stock.ball_sweep import sweep_balls
         from fiveaxis.check.stock.body_sweep import sweep_bodies
         from fiveaxis.check.stock.rays import TILE, Rays, fit_tiles
@@ -270,7 +274,7 @@ class Stock:
         if bundle.tiles is None:
             bundle.tiles = np.empty((rows, -(-int(nv) // TILE), 2), np.float32)
             fit_tiles(bundle.tiles, bundle.ends, bundle.count, nu, nv)
-        found = np.zeros((len(strips), *figures.shape[1:]))
+        found = np.zeros((len(strips), blocks, 2))
         begin = [0] * len(strips)
         loop: Callable[..., int] = sweep_balls if isinstance(sweep, BallSweep) else sweep_bodies
         while min(begin) < len(sweep.block):
@@ -283,7 +287,7 @@ class Stock:
             begin = at_once(tasks) if len(sweep.block) > FEW else [task() for task in tasks]
             if min(begin) < len(sweep.block):
                 bundle.grow()
-        figures[d] += found.sum(axis=0)
+        return np.asarray(found.sum(axis=0))
 
     def surface(self) -> Surface:
         """Return the ends of all intervals."""

@@ -126,16 +126,6 @@ def fit_tiles(tiles: Ends, ends: Ends, count: Counts, nu: int, nv: int) -> None:
 
 
 @compiled
-def length_of(ends: Ends, count: Counts) -> float:
-    """Length of the material on all rays, mm."""
-    total = 0.0
-    for ray in range(len(count)):
-        for k in range(count[ray]):
-            total += ends[ray, 2 * k + 1] - ends[ray, 2 * k]
-    return total
-
-
-@compiled
 def covered(ends: Ends, count: Counts, rays: IntArray, places: Array) -> NDArray[np.bool_]:
     """Whether places on rays, (n,) mm, are within material; (n,)."""
     out = np.zeros(len(rays), np.bool_)

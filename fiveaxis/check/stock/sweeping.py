@@ -126,16 +126,12 @@ def swept(tool: Tool, poses: Poses, rows: IntArray, tolerance: float, bounds: Ar
 
 def swept_outline(
     outline: Array, poses: Poses, rows: IntArray, tolerance: float, bounds: Array
-) -> tuple[BodySweep, ...]:
+) -> tuple[Sweep, ...]:
     """Divide moves into segments of a shank or holder, (2m, 2) mm, parameters as of `swept`."""
     found = []
     for piece in revolved_pieces(outline):
-        radius = float(piece.zones[:, 1].max())
-        sweep = _swept_piece(
-            _Axis(piece.low, piece.high, radius, False), piece, poses, rows, tolerance, bounds
-        )
-        if isinstance(sweep, BodySweep):
-            found.append(sweep)
+        axis = _Axis(piece.low, piece.high, float(piece.zones[:, 1].max()), False)
+        found.append(_swept_piece(axis, piece, poses, rows, tolerance, bounds))
     return tuple(found)
 
 
