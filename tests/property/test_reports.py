@@ -142,7 +142,7 @@ def test_what_one_of_them_checked_is_not_left_open(a, b):
 def test_one_check_on_the_same_rows_counts_once_and_on_others_adds_up(a, one, two):
     def of(rows: str, count: int) -> Report:
         found = [Finding(Severity.ERROR, "jump", "a fact", Place(1))]
-        return Report.of_findings(found, rows, {"jump": count})
+        return replace(Report.of_findings(found, rows), checks={Check("jump", rows): count})
 
     same, other = a.merge(of(PATH, one), of(PATH, two)), a.merge(of(PATH, one), of(APPROACH, two))
     assert same.counts["jump"] == max(one, two)

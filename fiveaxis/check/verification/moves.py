@@ -53,11 +53,7 @@ def check_speeds(context: CheckContext) -> Result:
         message=message,
         figures={"speed_share": largest(needed[lasting] / given[lasting]) if known else None},
         checked=(f"highest speed of {known} in every block",) if known else (),
-        not_checked=(
-            (risk(f"speed of {unknown}: the machine states no maximum", "max_speed", MACHINE_FILE),)
-            if unknown
-            else ()
-        ),
+        not_checked=_unstated(risk, "speed", unknown, "max_speed"),
     )
 
 
@@ -98,18 +94,13 @@ def check_accelerations(context: CheckContext, kind: str) -> Result:
         message=message,
         figures={f"{kind}_acceleration_share": largest(share) if known else None},
         checked=(f"acceleration of {letters} from each cutting block to the next",) if known else (),
-        not_checked=(
-            (
-                Gap(
-                    f"acceleration of {unknown}: the machine states no maximum",
-                    "max_acceleration",
-                    MACHINE_FILE,
-                ),
-            )
-            if unknown
-            else ()
-        ),
+        not_checked=_unstated(Gap, "acceleration", unknown, "max_acceleration"),
     )
+
+
+def _unstated(gap: Callable[..., Gap], what: str, letters: str, key: str) -> tuple[Gap, ...]:
+    sentence = f"{what} of {letters}: the machine states no maximum"
+    return (gap(sentence, key, MACHINE_FILE),) if letters else ()
 
 
 def speed_changes(context: CheckContext) -> Array:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from typing import Protocol
 
 import numpy as np
 
@@ -24,14 +23,7 @@ from fiveaxis.check.verification.following import Match, passed_numbers
 from fiveaxis.check.verification.model import tool_poses
 from fiveaxis.check.verification.report import Result, left_out
 from fiveaxis.model import Constraints, Machine, Motion, Tool, Toolpath, interpolate, turned
-from fiveaxis.nc import ReadMotion, RequiredTechnology, TracedProgram
-
-
-class Requested(Protocol):
-    """A program that was asked for."""
-
-    def required(self, machine: Machine, mode: Coordinates) -> RequiredTechnology | None:
-        """Return the spindle, tool, offsets and coolant that it has to put in force."""
+from fiveaxis.nc import ProgramOptions, ReadMotion, RequiredTechnology, TracedProgram
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +48,7 @@ class Against:
     surroundings: Surroundings | None = None
     constraints: Constraints = field(default_factory=Constraints)
     tolerances: Tolerances = DEFAULT_TOLERANCES
-    program: Requested | None = None
+    program: ProgramOptions | None = None
     surface_tolerance: float = SURFACE_TOLERANCE
     crease: float = CREASE
     part_unit: Unit = "mm"

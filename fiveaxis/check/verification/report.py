@@ -166,20 +166,16 @@ class Report(ShownAsTable):
     standing: Standing | None = None
 
     @classmethod
-    def of_findings(
-        cls, findings: Iterable[Finding], rows: str = READING, counts: Mapping[str, int] | None = None
-    ) -> Report:
+    def of_findings(cls, findings: Iterable[Finding], rows: str = READING) -> Report:
         """Build a report from findings that don't come from a check on rows of a motion.
 
         Parameters
         ----------
         findings : in any order
         rows : name of the rows that they are about
-        counts : number by code, if more were found than are listed
         """
         listed = sort_findings(findings)
-        total = Counter(f.code for f in listed) | Counter(counts)
-        return cls(listed, {Check(code, rows): count for code, count in total.items()}, {}, (), ())
+        return cls(listed, Counter(Check(f.code, rows) for f in listed), {}, (), ())
 
     def __repr__(self) -> str:
         found = ", ".join(f"{code} ({count})" for code, count in self.counts.items() if count)

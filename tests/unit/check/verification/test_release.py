@@ -8,6 +8,7 @@ import pytest
 from fiveaxis.base.errors import SettingError, Unverified
 from fiveaxis.base.findings import Finding, Place, Severity, risk
 from fiveaxis.check import Gate, Report, require_report
+from fiveaxis.check.verification.report import Check
 from fiveaxis.model import Motion, motion_digest
 from fiveaxis.nc import DIALECTS, compose_program
 
@@ -15,7 +16,7 @@ from fiveaxis.nc import DIALECTS, compose_program
 def found(*codes: str, severity: Severity = Severity.ERROR, about: str | None = None) -> Report:
     """A report with seven findings of each code."""
     findings = [Finding(severity, code, "a fact; a remedy", Place(location=1, line=3)) for code in codes]
-    report = Report.of_findings(findings, counts=dict.fromkeys(codes, 7))
+    report = Report(tuple(findings), dict.fromkeys(map(Check, codes), 7), {}, (), ())
     checked = Report(
         (),
         {},
