@@ -118,11 +118,12 @@ def compare(stock: Stock, mesh: Mesh, part: Stock | None = None) -> Deviations:
     tree, facets = tree_of(mesh), facet_normals(mesh.triangles)
     points = np.concatenate([surface.points, gone.points])
     foot, triangle, distance = tree.nearest(points, REACH)
+    inside = np.concatenate([inside, np.ones(len(gone.points), dtype=bool)])
     # Farther outside isn't compared, but deeper inside is a gouge all the same.
-    far = np.concatenate([inside, np.ones(len(gone.points), dtype=bool)]) & (triangle < 0)
+    far = inside & (triangle < 0)
     if far.any():
         foot[far], triangle[far], distance[far] = tree.nearest(points[far])
-    signed = np.where(np.concatenate([inside, np.ones(len(gone.points), dtype=bool)]), -distance, distance)
+    signed = np.where(inside, -distance, distance)
     near = triangle >= 0
     every = Surface.joined(surface, _named(gone, surface))
     normal = facets[triangle[near]]

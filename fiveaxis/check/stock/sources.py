@@ -25,8 +25,6 @@ from fiveaxis.check.stock.dexels import Bundle, Stock, default_resolution
 from fiveaxis.check.stock.sweeping import BallSweep
 from fiveaxis.model import Tool, cutter_pieces, shapes
 
-# Crossings of a ray with a mesh for which there is room at first.
-FIRST_HITS = 16
 SUFFIX = ".npz"
 # Forms of a stock that aren't files, with their figures in mm.
 BOX, CYLINDER, PART = "box", "cylinder", "part"
@@ -82,24 +80,19 @@ def fill(stock: Stock, mesh: Mesh, name: str = "part") -> Stock:
 def _fill_bundle(stock: Stock, d: int, triangles: Array, name: str) -> None:
     from fiveaxis.check.stock.rays import scan_triangles
 
-    bundle, room = stock.bundles[d], FIRST_HITS
-    many = np.zeros(len(bundle.count), np.int64)
-    while True:
-        hits = np.full((len(bundle.count), room), np.inf, np.float32)
+    bundle, many = stock.bundles[d], np.zeros(len(stock.bundles[d].count), np.int64)
+    for _ in ("to count the crossings", "to keep them"):
+        hits = np.full((len(many), many.max()), np.inf, np.float32)
         many[:] = 0
         scan_triangles(d, stock.pitch, stock.cells, triangles, hits, many)
-        if many.max() <= room:
-            break
-        room = 2 ** math.ceil(math.log2(many.max()))
     odd = int((many % 2).sum())
     if odd:
         raise MeshError(f"the {name}'s mesh is open on {odd} rays along {'XYZ'[d]}; repair it")
     hits.sort(axis=1)
     while bundle.ends.shape[1] < many.max():
         bundle.grow()
-    bundle.ends[:, : min(room, bundle.ends.shape[1])] = hits[:, : bundle.ends.shape[1]]
-    bundle.ends[~np.isfinite(bundle.ends)] = 0.0
     bundle.count[:] = many // 2
+    bundle.ends[bundle.held] = hits[np.isfinite(hits)]
 
 
 def with_allowance(mesh: Mesh, allowance: float, resolution: float) -> Stock:
