@@ -144,10 +144,8 @@ class MovePoses:
     def bends(self, row: IntArray) -> Array:
         """Bound the second derivative of any point's position by the share of the moves to rows, (m,) mm.
 
-        A point's position is a product of one factor per joint. Its second derivative by two joint values is
-        0 if the joint nearer to the workpiece is linear. If it is rotary, it is no longer than the derivative
-        by the other value: 1 for a linear joint, the distance to the axis for a rotary one. The distance is
-        measured at the start of the move and grows by at most what the joints beyond the axis move the point.
+        It is the bound of `fiveaxis.check.collision.travel.Travel.bends`, with the distance to an axis from a
+        little turn about it.
         """
         context, machine = self.context, self.context.machine
         steps, before = context.steps[row], context.positions[row - 1]
