@@ -16,7 +16,7 @@ from fiveaxis.check.stock.comparing import sweep_tolerance
 from fiveaxis.check.stock.cutting import cut_stock
 from fiveaxis.check.stock.dexels import Stock
 from fiveaxis.check.stock.sources import box, load_stock
-from fiveaxis.check.stock.sweeping import Poses, swept
+from fiveaxis.check.stock.sweeping import Poses, cutter_bodies, swept
 from fiveaxis.model import Tool
 from fiveaxis.model.toolpath import shapes
 
@@ -44,7 +44,7 @@ def cut(stock: Stock, tool: Tool, tips: object, axes: object) -> np.ndarray:
     """Cut a stock and return the removed volume by each bundle, (3,) mm³."""
     poses, rows = through(np.array(tips), np.array(axes)), np.arange(1, len(np.array(tips)))
     bounds = np.array([stock.low, stock.high])
-    sweeps = swept(tool, poses, rows, sweep_tolerance(stock.resolution), bounds)
+    sweeps = swept(cutter_bodies(tool), poses, rows, sweep_tolerance(stock.resolution), bounds)
     return stock.cut(*sweeps, blocks=len(rows) + 1).volume.sum(axis=1)
 
 
@@ -68,7 +68,9 @@ def speed(moves: int, pitch: float, cutter: object, name: str) -> str:
     poses, rows = through(*over_dome(moves)), np.arange(1, moves + 1)
     cut(stock.copy(), tool, *(array[:9] for array in over_dome(moves)))  # compiles
     begin, memory = time.process_time(), stock.memory
-    sweeps = swept(tool, poses, rows, sweep_tolerance(pitch), np.array([stock.low, stock.high]))
+    sweeps = swept(
+        cutter_bodies(tool), poses, rows, sweep_tolerance(pitch), np.array([stock.low, stock.high])
+    )
     stock.cut(*sweeps, blocks=moves + 1)
     spent = time.process_time() - begin
     segments = sum(len(sweep.block) for sweep in sweeps)

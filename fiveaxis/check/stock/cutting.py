@@ -12,7 +12,7 @@ from fiveaxis.cam import Mesh
 from fiveaxis.check.stock.comparing import Deviations, compare, require_part_inside, sweep_tolerance
 from fiveaxis.check.stock.dexels import Removal, Stock
 from fiveaxis.check.stock.sources import fill
-from fiveaxis.check.stock.sweeping import Poses, Sweep, swept, swept_outline
+from fiveaxis.check.stock.sweeping import Poses, Sweep, cutter_bodies, outline_bodies, swept
 from fiveaxis.model import CUTTER, HOLDER, SHANK, Tool
 
 # Blocks that are cut at once where nothing but the cutter is near; tolerances by which shank and holder may
@@ -100,14 +100,14 @@ def cut_stock(
     """
     stock = blank.stock.copy()
     bounds, tolerance = np.array([stock.low, stock.high]), sweep_tolerance(stock.resolution)
-    sweeps = swept(tool, poses, rows, tolerance, bounds)
-    mustnt: dict[str, tuple[Sweep, ...]] = {
-        part.name: swept_outline(part.outline, poses, rows, tolerance, bounds)
+    sweeps = swept(cutter_bodies(tool), poses, rows, tolerance, bounds)
+    mustnt = {
+        part.name: swept(outline_bodies(part.outline), poses, rows, tolerance, bounds)
         for part in tool.parts()
         if part.name in (SHANK, HOLDER)
     }
     if rapid is not None and len(rapid):
-        mustnt[CUTTER] = swept(tool, poses, rapid, tolerance, bounds)
+        mustnt[CUTTER] = swept(cutter_bodies(tool), poses, rapid, tolerance, bounds)
     # A shank as thick as its cutter slides along what that has cut, to the tolerance of both.
     others = {n: tuple(one.inflated(-SLACK * tolerance) for one in found) for n, found in mustnt.items()}
     run = _Run(stock, sweeps, others, count)

@@ -18,7 +18,7 @@ from fiveaxis.cam import Mesh
 from fiveaxis.check.stock.comparing import sweep_tolerance
 from fiveaxis.check.stock.cutting import of_blocks
 from fiveaxis.check.stock.dexels import Stock
-from fiveaxis.check.stock.sweeping import Poses, Sweep, swept
+from fiveaxis.check.stock.sweeping import Poses, Sweep, cutter_bodies, swept
 from fiveaxis.model import Tool
 
 # Nodes along the longest side of the lattice that a mesh is made on.
@@ -99,7 +99,7 @@ def _cut_in_steps(
         return poses(np.interp(place, np.arange(len(places)), places))
 
     moves, bounds = np.arange(1, len(places)), np.array([stock.low, stock.high])
-    sweeps = swept(tool, divided, moves, sweep_tolerance(thin.resolution), bounds)
+    sweeps = swept(cutter_bodies(tool), divided, moves, sweep_tolerance(thin.resolution), bounds)
     last = np.searchsorted(places, ends)
     by_step = tuple(sweep._replace(block=np.searchsorted(last, sweep.block)) for sweep in sweeps)
     for step in range(len(ends)):

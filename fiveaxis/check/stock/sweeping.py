@@ -8,14 +8,14 @@ their poses exactly, but where they turn, rays that they graze may be missed by 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from fiveaxis.base import Array, BoolArray, IntArray
-from fiveaxis.model import ConvexPiece, Tool, cutter_height, cutter_pieces, revolved_pieces
+from fiveaxis.model import Tool, cutter_height, cutter_pieces, revolved_pieces
 
 # Fractional rows, (m,): 3.25 is after a quarter of the move from row 3 to row 4 → tips, (m, 3) mm, and axes,
 # (m, 3) unit vectors, in the workpiece frame.
@@ -94,91 +94,84 @@ Sweep: TypeAlias = BallSweep | BodySweep
 
 
 @dataclass(frozen=True, eq=False)
-class _Axis:
-    """The part of the tool axis that describes a body, with what surrounds it.
+class SweptBody:
+    """A convex body about a part of the tool axis.
 
     Parameters
     ----------
-    low, high : mm above the tip, its ends
+    low, high : mm above the tip, ends of that part
     radius : mm, of the body about it
-    is_ball : whether the body is all points within the radius
+    zones : (z, 7), see `fiveaxis.model.toolpath.profile.inside`; None if it is all points within the radius
     """
 
     low: float
     high: float
     radius: float
-    is_ball: bool
+    zones: Array | None
+
+    def ends(self, pose: tuple[Array, Array]) -> tuple[Array, Array]:
+        """Return the ends of the part of the axis at tips and axes, (m, 3) mm each."""
+        tip, along = pose
+        return tip + self.low * along, tip + self.high * along
 
 
-def swept(tool: Tool, poses: Poses, rows: IntArray, tolerance: float, bounds: Array) -> tuple[Sweep, ...]:
-    """Divide moves into segments of each of the cutter's convex bodies.
+def cutter_bodies(tool: Tool) -> list[SweptBody]:
+    """Return a cutter's convex bodies up to its cutting length; a ball and the cylinder as wide are one."""
+    height, found = cutter_height(tool), []
+    for piece in cutter_pieces(tool):
+        if not piece.is_ball:
+            ends = max(piece.low, 0.0), min(piece.high, height)
+            found.append(SweptBody(*ends, tool.radius, piece.zones))
+            continue
+        radius = float((piece.zones[:, 0] + piece.zones[:, 1]).max())
+        if tool.cutter.zones[0].outline()[-1, 0] < radius - 1e-9:
+            found.append(SweptBody(radius, radius, radius, None))
+        else:
+            return [SweptBody(radius, max(height - radius, radius), radius, None)]
+    return found
+
+
+def outline_bodies(outline: Array) -> list[SweptBody]:
+    """Return the convex bodies of a shank or holder, (2m, 2) mm."""
+    pieces = revolved_pieces(outline)
+    return [SweptBody(p.low, p.high, float(p.zones[:, 1].max()), p.zones) for p in pieces]
+
+
+def swept(
+    bodies: Iterable[SweptBody], poses: Poses, rows: IntArray, tolerance: float, bounds: Array
+) -> tuple[Sweep, ...]:
+    """Divide moves into segments of convex bodies.
 
     Parameters
     ----------
-    tool : its cutter sweeps, up to its cutting length. A cylinder as wide as its ball ends in a hemisphere
+    bodies : of the tool. A cylinder as wide as its ball ends in a hemisphere
     poses : of the tool, at fractional rows
     rows : (m,), ascending; the row at which each move ends, and the segments' block
     tolerance : mm, by which the segments may leave the true sweep
     bounds : (2, 3), mm; what is beyond them isn't swept
     """
-    return tuple(_swept_piece(axis, piece, poses, rows, tolerance, bounds) for axis, piece in _axes_of(tool))
+    return tuple(_swept_body(body, poses, rows, tolerance, bounds) for body in bodies)
 
 
-def swept_outline(
-    outline: Array, poses: Poses, rows: IntArray, tolerance: float, bounds: Array
-) -> tuple[Sweep, ...]:
-    """Divide moves into segments of a shank or holder, (2m, 2) mm, parameters as of `swept`."""
-    found = []
-    for piece in revolved_pieces(outline):
-        axis = _Axis(piece.low, piece.high, float(piece.zones[:, 1].max()), False)
-        found.append(_swept_piece(axis, piece, poses, rows, tolerance, bounds))
-    return tuple(found)
-
-
-def _axes_of(tool: Tool) -> list[tuple[_Axis, ConvexPiece]]:
-    """Return the axis of each convex body; a ball and the cylinder as wide as it are one."""
-    height, found = cutter_height(tool), []
-    for piece in cutter_pieces(tool):
-        radius = float((piece.zones[:, 0] + piece.zones[:, 1]).max())
-        if piece.is_ball:
-            has_cylinder = not tool.cutter.zones[0].outline()[-1, 0] < radius - 1e-9
-            found.append(
-                (_Axis(radius, max(height - radius, radius) if has_cylinder else radius, radius, True), piece)
-            )
-            if has_cylinder:
-                break
-        else:
-            ends = max(piece.low, 0.0), min(piece.high, height)
-            found.append((_Axis(*ends, tool.radius, False), piece))
-    return found
-
-
-def _swept_piece(
-    axis: _Axis, piece: ConvexPiece, poses: Poses, rows: IntArray, tolerance: float, bounds: Array
-) -> Sweep:
-    block, start, end = _divided(axis, poses, rows, tolerance, bounds)
-    ends = _ends(axis, start), _ends(axis, end)
-    near = _touches(ends, axis.radius + tolerance, bounds)
+def _swept_body(body: SweptBody, poses: Poses, rows: IntArray, tolerance: float, bounds: Array) -> Sweep:
+    block, start, end = _divided(body, poses, rows, tolerance, bounds)
+    ends = body.ends(start), body.ends(end)
+    near = _touches(ends, body.radius + tolerance, bounds)
     block = block[near]
-    if not axis.is_ball:
+    if body.zones is not None:
         placed = np.stack([*start, *end], axis=1)[near]
-        body = np.array([axis.radius, axis.low, axis.high, 0.0, 0.0])
-        return BodySweep(np.ascontiguousarray(placed), piece.zones, body, block)
+        figures = np.array([body.radius, body.low, body.high, 0.0, 0.0])
+        return BodySweep(np.ascontiguousarray(placed), body.zones, figures, block)
     from fiveaxis.check.stock.ball_sweep import FAN, LINE, QUAD
 
     (low, high), (low_end, high_end) = ends
     middle = (low + high + low_end + high_end) / 4.0
     nodes = np.stack([low, low_end, high_end, high, middle], axis=1)[near]
-    if axis.high - axis.low <= tolerance:
+    if body.high - body.low <= tolerance:
         kinds = np.full(len(nodes), LINE)
     else:
         kinds = np.where(_twist(ends)[near] * TRIANGLES <= tolerance, QUAD, FAN)
-    return BallSweep(kinds, np.ascontiguousarray(nodes), axis.radius, block)
-
-
-def _ends(axis: _Axis, pose: tuple[Array, Array]) -> tuple[Array, Array]:
-    tip, along = pose
-    return tip + axis.low * along, tip + axis.high * along
+    return BallSweep(kinds, np.ascontiguousarray(nodes), body.radius, block)
 
 
 def _touches(
@@ -209,7 +202,7 @@ def _twist(ends: tuple[tuple[Array, Array], tuple[Array, Array]]) -> Array:
 
 
 def _divided(
-    axis: _Axis, poses: Poses, rows: IntArray, tolerance: float, bounds: Array
+    body: SweptBody, poses: Poses, rows: IntArray, tolerance: float, bounds: Array
 ) -> tuple[IntArray, tuple[Array, Array], tuple[Array, Array]]:
     """Divide moves until the figures of their segments are within a tolerance; block, start and end poses."""
     parts = np.ones(len(rows), dtype=np.int64)
@@ -217,18 +210,17 @@ def _divided(
     for _ in range(MOST_ROUNDS):
         move = np.repeat(np.arange(len(left)), parts[left])
         start, middle, end = (poses(place) for place in _places(rows[left], parts[left]))
-        ends = _ends(axis, start), _ends(axis, end)
-        halfway = _ends(axis, middle)
+        ends, halfway = (body.ends(start), body.ends(end)), body.ends(middle)
         off = [np.linalg.norm(m - (a + b) / 2.0, axis=1) for m, a, b in zip(halfway, *ends, strict=True)]
         chord = np.maximum(*off)
         turned = np.linalg.norm(end[1] - start[1], axis=1)
         bent = _twist(ends) * SADDLE
-        if not axis.is_ball:
-            bent = np.maximum(_twist(ends), axis.radius * turned) * GRAZING
+        if body.zones is not None:
+            bent = np.maximum(_twist(ends), body.radius * turned) * GRAZING
             chord = np.maximum(chord, turned * np.linalg.norm(end[0] - start[0], axis=1))
         # A chord's error falls with the square of the parts, those of twist and turn with their number.
         factor = np.maximum(np.sqrt(chord / tolerance), bent / tolerance)
-        near = _touches(ends, axis.radius + 2.0 * (chord + bent), bounds)
+        near = _touches(ends, body.radius + 2.0 * (chord + bent), bounds)
         most = np.zeros(len(left))
         np.maximum.at(most, move, np.where(near, factor, 0.0))
         coarse = most > 1.0

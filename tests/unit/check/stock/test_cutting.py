@@ -8,7 +8,7 @@ import pytest
 
 from fiveaxis.check.stock.dexels import Removal, Stock
 from fiveaxis.check.stock.sources import box
-from fiveaxis.check.stock.sweeping import Poses, swept
+from fiveaxis.check.stock.sweeping import Poses, cutter_bodies, swept
 from fiveaxis.model import Tool
 from fiveaxis.model.toolpath import shapes
 from fiveaxis.model.toolpath.pieces import cutter_height, cutter_pieces
@@ -38,7 +38,9 @@ def through(tips: list, axes: list) -> Poses:
 
 def cut(stock: Stock, tool: Tool, tips: list, axes: list, tolerance: float = 0.1 * PITCH) -> Removal:
     rows, bounds = np.arange(1, len(tips)), np.array([stock.low, stock.high])
-    return stock.cut(*swept(tool, through(tips, axes), rows, tolerance, bounds), blocks=len(tips))
+    return stock.cut(
+        *swept(cutter_bodies(tool), through(tips, axes), rows, tolerance, bounds), blocks=len(tips)
+    )
 
 
 def block(size: tuple[float, float, float]) -> Stock:

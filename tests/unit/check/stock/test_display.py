@@ -11,7 +11,7 @@ from fiveaxis.check.stock.cutting import cut_stock
 from fiveaxis.check.stock.dexels import Stock
 from fiveaxis.check.stock.display import STAYS, mesh_of, play
 from fiveaxis.check.stock.sources import box, load_stock
-from fiveaxis.check.stock.sweeping import Poses, swept
+from fiveaxis.check.stock.sweeping import Poses, cutter_bodies, swept
 from fiveaxis.model import Tool
 from fiveaxis.model.toolpath import shapes
 
@@ -42,7 +42,7 @@ def cut_to(place: float, tool: Tool, move: Poses = poses) -> Stock:
     """Return the block after a fractional row, cut at once and by all of its rays."""
     stock, rows = block(), int(np.ceil(place))
     swept_in = swept(
-        tool,
+        cutter_bodies(tool),
         lambda at: move(at * place / rows),
         np.arange(1, rows + 1),
         0.1 * PITCH,
@@ -85,7 +85,7 @@ def test_the_last_step_is_the_mesh_of_what_is_left():
     stock = block()
     bounds = np.array([stock.low, stock.high])
     stock.cut(
-        *swept(TOOLS["ball"], poses, np.arange(1, len(TIPS)), sweep_tolerance(PITCH), bounds),
+        *swept(cutter_bodies(TOOLS["ball"]), poses, np.arange(1, len(TIPS)), sweep_tolerance(PITCH), bounds),
         blocks=len(TIPS),
     )
     left, shown = mesh_of(stock), found.mesh(30)
