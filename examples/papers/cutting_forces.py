@@ -38,7 +38,7 @@ from fiveaxis.base import Array, BoolArray, product
 from fiveaxis.base.errors import SettingError
 from fiveaxis.lab import CuttingCoefficients, EndMill
 from fiveaxis.lab.cutting.cutting_forces import mean_cutting_power
-from fiveaxis.lab.cutting.engagement import WATT, Cut, require_finite, require_not_negative
+from fiveaxis.lab.cutting.engagement import WATT, Cut, require
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -68,10 +68,10 @@ class ForceCoefficients(CuttingCoefficients):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_not_negative("radial cutting coefficient", self.radial, "N/mm²")
-        require_not_negative("radial edge coefficient", self.radial_edge, "N/mm")
-        require_finite("axial cutting coefficient", self.axial, "N/mm²")
-        require_finite("axial edge coefficient", self.axial_edge, "N/mm")
+        require("radial cutting coefficient", self.radial, "N/mm²", least=0.0)
+        require("radial edge coefficient", self.radial_edge, "N/mm", least=0.0)
+        require("axial cutting coefficient", self.axial, "N/mm²")
+        require("axial edge coefficient", self.axial_edge, "N/mm")
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 
 from fiveaxis.base import Array
 from fiveaxis.base.errors import SettingError
-from fiveaxis.lab.cutting.engagement import WATT, require_finite, require_not_negative, require_positive
+from fiveaxis.lab.cutting.engagement import WATT, require
 
 ROUNDING = 1e-9  # share of a turn that a record may lack at its end, from rounded time stamps
 
@@ -47,9 +47,9 @@ def net_power(depth: ArrayLike, width: ArrayLike, feed: ArrayLike, specific_forc
     SettingError
         A figure is below 0, or the specific force isn't positive.
     """
-    section = require_not_negative("depth of cut", depth, "mm") * require_not_negative("width", width, "mm")
-    pressure = require_positive("specific cutting force", specific_force, "N/mm²")
-    return section * require_not_negative("feed", feed, "mm/s") * pressure / WATT
+    section = require("depth of cut", depth, "mm", least=0.0) * require("width", width, "mm", least=0.0)
+    pressure = require("specific cutting force", specific_force, "N/mm²", above=0.0)
+    return section * require("feed", feed, "mm/s", least=0.0) * pressure / WATT
 
 
 def wrench_power(force: Array, moment: Array, velocity: Array, angular_velocity: Array) -> Array:
@@ -217,8 +217,8 @@ def revolution_average(power: ArrayLike, time: ArrayLike, spin: float) -> float:
     SettingError
         The times don't rise, the record is shorter than one turn, or the spindle stands still.
     """
-    values, times = require_finite("power", power, "W"), require_finite("time", time, "s")
-    turn = 2.0 * np.pi / float(require_positive("spindle speed (magnitude)", abs(spin), "rad/s"))
+    values, times = require("power", power, "W"), require("time", time, "s")
+    turn = 2.0 * np.pi / float(require("spindle speed (magnitude)", abs(spin), "rad/s", above=0.0))
     if values.shape != times.shape or times.ndim != 1 or (np.diff(times) <= 0.0).any():
         raise SettingError(
             f"power {values.shape} and time {times.shape} must be lists of one length, time rising"

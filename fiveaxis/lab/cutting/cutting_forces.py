@@ -20,14 +20,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fiveaxis.lab.cutting.engagement import (
-    WATT,
-    Cut,
-    removal_rate,
-    require_not_negative,
-    require_positive,
-    swept_surface,
-)
+from fiveaxis.lab.cutting.engagement import WATT, Cut, removal_rate, require, swept_surface
 
 
 @dataclass(frozen=True)
@@ -52,10 +45,10 @@ class CuttingCoefficients:
     thrust_edge: float = 0.0
 
     def __post_init__(self) -> None:
-        require_positive("tangential cutting coefficient", self.tangential, "N/mm²")
-        require_not_negative("tangential edge coefficient", self.tangential_edge, "N/mm")
-        require_not_negative("thrust cutting coefficient", self.thrust, "N/mm²")
-        require_not_negative("thrust edge coefficient", self.thrust_edge, "N/mm")
+        require("tangential cutting coefficient", self.tangential, "N/mm²", above=0.0)
+        require("tangential edge coefficient", self.tangential_edge, "N/mm", least=0.0)
+        require("thrust cutting coefficient", self.thrust, "N/mm²", least=0.0)
+        require("thrust edge coefficient", self.thrust_edge, "N/mm", least=0.0)
 
 
 def mean_cutting_power(cut: Cut, coefficients: CuttingCoefficients) -> float:

@@ -21,13 +21,7 @@ from numpy.typing import ArrayLike
 
 from fiveaxis.base import Array, SettingError, ToolError
 from fiveaxis.lab.cutting.cutting_forces import CuttingCoefficients
-from fiveaxis.lab.cutting.engagement import (
-    WATT,
-    require_at_most,
-    require_finite,
-    require_not_negative,
-    require_positive,
-)
+from fiveaxis.lab.cutting.engagement import WATT, require, require_at_most
 
 
 @dataclass(frozen=True)
@@ -53,8 +47,8 @@ class Drill:
     lips: int = 2
 
     def __post_init__(self) -> None:
-        require_positive("drill diameter", self.diameter, "mm", error=ToolError)
-        require_not_negative("web", self.web, "mm", error=ToolError)
+        require("drill diameter", self.diameter, "mm", error=ToolError, above=0.0)
+        require("web", self.web, "mm", error=ToolError, least=0.0)
         if self.web >= self.diameter:
             raise ToolError(
                 f"web is {self.web:g} mm; it must be below the drill diameter {self.diameter:g} mm"
@@ -91,8 +85,8 @@ def mean_drilling_power(
     SettingError
         Feed or speed isn't positive, or the feed per turn is above the diameter.
     """
-    require_positive("spindle speed", spindle, "rad/s")
-    speed = require_positive("feed", feed, "mm/s")
+    require("spindle speed", spindle, "rad/s", above=0.0)
+    speed = require("feed", feed, "mm/s", above=0.0)
     advance = 2.0 * np.pi * speed / spindle
     require_at_most(
         "feed per turn",
@@ -129,8 +123,8 @@ def idle_power(spindle: ArrayLike, coefficients: ArrayLike) -> Array:
     ----------
     Wang et al. (2019): ``P_idle = 0.0003 n² + 0.0524 n + 1221`` W, n in rev/min.
     """
-    speed = require_not_negative("spindle speed", spindle, "rad/s")
-    terms = require_finite("idle coefficient", coefficients, "W")
+    speed = require("spindle speed", spindle, "rad/s", least=0.0)
+    terms = require("idle coefficient", coefficients, "W")
     if terms.shape != (3,):
         raise SettingError(f"idle power has {terms.size} coefficients; give constant, linear and quadratic")
     return terms[0] + speed * (terms[1] + speed * terms[2])
@@ -154,6 +148,6 @@ def auxiliary_power(cutting: ArrayLike, linear: float, quadratic: float = 0.0) -
     SettingError
         A cutting power is below 0, or a coefficient isn't finite.
     """
-    power = require_not_negative("cutting power", cutting, "W")
-    require_finite("auxiliary coefficient", (linear, quadratic), "W/W")
+    power = require("cutting power", cutting, "W", least=0.0)
+    require("auxiliary coefficient", (linear, quadratic), "W/W")
     return power * (linear + quadratic * power)

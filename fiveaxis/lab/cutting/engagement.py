@@ -56,10 +56,10 @@ class EndMill:
     def __post_init__(self) -> None:
         if self.shape not in ("flat", "ball"):
             raise ToolError(f"end mill shape is {self.shape!r}; take flat or ball")
-        require_positive("tool diameter", self.diameter, "mm", error=ToolError)
+        require("tool diameter", self.diameter, "mm", error=ToolError, above=0.0)
         if not (isinstance(self.teeth, int) and self.teeth >= 1):
             raise ToolError(f"number of teeth is {self.teeth!r}; give a whole number, at least 1")
-        require_finite("helix angle", self.helix, "rad", error=ToolError)
+        require("helix angle", self.helix, "rad", error=ToolError)
         if abs(self.helix) >= np.pi / 2.0:
             shown = np.degrees(self.helix)
             raise ToolError(f"helix angle is {shown:g} deg; it must lie between -90 and 90 deg")
@@ -104,13 +104,13 @@ class Cut:
     lean: float = 0.0
 
     def __post_init__(self) -> None:
-        require_not_negative("depth of cut", self.depth, "mm")
-        require_not_negative("width of cut", self.width, "mm")
+        require("depth of cut", self.depth, "mm", least=0.0)
+        require("width of cut", self.width, "mm", least=0.0)
         require_at_most(
             "width of cut", self.width, self.mill.diameter, "mm", "a full slot is one diameter wide"
         )
-        require_positive("feed", self.feed, "mm/s")
-        require_positive("spindle speed", self.spindle, "rad/s")
+        require("feed", self.feed, "mm/s", above=0.0)
+        require("spindle speed", self.spindle, "rad/s", above=0.0)
         bite, radius = self.feed_per_tooth, self.mill.radius
         require_at_most(
             "feed per tooth", bite, radius, "mm", "check the units of feed (mm/s) and spindle (rad/s)"
@@ -118,7 +118,7 @@ class Cut:
         if self.milling not in ("up", "down"):
             raise SettingError(f"milling is {self.milling!r}; take up or down")
         for name, angle in (("lead", self.lead), ("lean", self.lean)):
-            require_finite(name, angle, "rad")
+            require(name, angle, "rad")
             if abs(angle) >= np.pi / 2.0:
                 shown = np.degrees(angle)
                 raise SettingError(f"{name} is {shown:g} deg; it must lie between -90 and 90 deg")
@@ -321,30 +321,20 @@ class CutCourse:
         }
 
 
-def require_finite(
-    name: str, values: ArrayLike, unit: str, *, error: type[InputError] = SettingError
+def require(
+    name: str,
+    values: ArrayLike,
+    unit: str,
+    *,
+    above: float = -np.inf,
+    least: float = -np.inf,
+    error: type[InputError] = SettingError,
 ) -> Array:
-    """Return figures as an array; raise if one isn't a finite number."""
+    """Return figures as an array; raise if one isn't finite, or not in its range: its open or closed end."""
     figures = np.asarray(values, dtype=float)
     _refuse(name, figures, ~np.isfinite(figures), unit, "it must be a finite number", error)
-    return figures
-
-
-def require_positive(
-    name: str, values: ArrayLike, unit: str, *, error: type[InputError] = SettingError
-) -> Array:
-    """Return figures as an array; raise if one isn't above zero."""
-    figures = require_finite(name, values, unit, error=error)
-    _refuse(name, figures, figures <= 0.0, unit, f"give a number above 0 {unit}", error)
-    return figures
-
-
-def require_not_negative(
-    name: str, values: ArrayLike, unit: str, *, error: type[InputError] = SettingError
-) -> Array:
-    """Return figures as an array; raise if one is below zero."""
-    figures = require_finite(name, values, unit, error=error)
-    _refuse(name, figures, figures < 0.0, unit, f"give 0 {unit} or more", error)
+    _refuse(name, figures, figures <= above, unit, f"give a number above {above:g} {unit}", error)
+    _refuse(name, figures, figures < least, unit, f"give {least:g} {unit} or more", error)
     return figures
 
 
