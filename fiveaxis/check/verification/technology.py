@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -10,9 +10,9 @@ import numpy as np
 from fiveaxis.base import JOB, BoolArray, Gap, IntArray, Severity
 from fiveaxis.check.verification.report import Result, said, violated
 from fiveaxis.check.verification.words_between import (
+    Cuts,
     check_machine_moves,
     check_words,
-    found_in,
     machine_moves_between,
 )
 from fiveaxis.model import Machine, MoveKind
@@ -35,8 +35,7 @@ SAME_HEIGHT = 5e-3
 
 
 def check_technology(
-    track: TechnologyTrack,
-    rows: IntArray,
+    cuts: Cuts,
     required: RequiredTechnology | None,
     rapid: BoolArray,
     whole: TechnologyTrack,
@@ -47,43 +46,38 @@ def check_technology(
 
     Parameters
     ----------
-    track : of the moves that cut, (m,)
-    rows : (m,), row for findings on each of them
+    cuts : of the program, (m,)
     required : what a job asks of the program; without it only contradictions are found: a spindle that stands
         in some cuts, a tool change between them
     rapid : (n,), whether each move of the program is rapid
     whole : of all n moves
     has_path : whether a path says which moves are cuts, so that what stands between them is a fault
     """
-    between = machine_moves_between(track, whole, rapid, any_way=has_path)
-    if required is not None and required.language != track.language:
+    between = machine_moves_between(cuts, whole, rapid, any_way=has_path)
+    if required is not None and required.language != cuts.track.language:
         # Offsets have other names, and tools another way of having their length, on another control.
         unnamed = required.technology._replace(length="", work_offset="")
         required = replace(required, technology=unnamed)
-    yield _check_start(track, rows, required)
-    yield _check_end(track, rows, required)
-    yield _check_spindle(track, rows, required)
-    yield _check_tool(track, rows, required)
-    yield _check_changes(track, rows)
-    yield _check_length(track, rows, required)
-    yield _check_work_offset(track, rows, required)
-    yield _check_coolant(track, rows, required)
-    yield _check_order(track, rows)
-    yield _check_retract(track, rows, required)
-    yield check_machine_moves(track, rows, between, Severity.ERROR if has_path else Severity.WARNING)
-    yield from check_words(track, rows, required)
+    yield _check_start(cuts, required)
+    yield _check_end(cuts, required)
+    yield _check_spindle(cuts, required)
+    yield _check_tool(cuts, required)
+    yield _check_changes(cuts)
+    yield _check_length(cuts, required)
+    yield _check_work_offset(cuts, required)
+    yield _check_coolant(cuts, required)
+    yield _check_order(cuts)
+    yield _check_retract(cuts, required)
+    yield check_machine_moves(cuts, between, Severity.ERROR if has_path else Severity.WARNING)
+    yield from check_words(cuts, required)
 
 
-def check_feed_mode(
-    track: TechnologyTrack, rows: IntArray, required: RequiredTechnology | None
-) -> Iterator[Result]:
+def check_feed_mode(cuts: Cuts, required: RequiredTechnology | None) -> Iterator[Result]:
     """Check what F means in a program whose durations leave room, since the control chooses the angles."""
     wanted = "" if required is None else required.technology.feed_mode
-    if required is not None and wanted and required.language == track.language:
-        yield found_in(
+    if required is not None and wanted and required.language == cuts.track.language:
+        yield cuts.where(
             "feed-differs",
-            track,
-            rows,
             lambda state: state.feed_mode != wanted,
             lambda state: (
                 f"{state.feed_mode} is in force in this cut, but {wanted} was asked for; correct it"
@@ -136,11 +130,12 @@ def check_switched(tcp: BoolArray, cuts: IntArray) -> Result:
     )
 
 
-def _check_start(track: TechnologyTrack, rows: IntArray, required: RequiredTechnology | None) -> Result:
+def _check_start(cuts: Cuts, required: RequiredTechnology | None) -> Result:
     """Check that nothing of an earlier program is left on where the first move begins.
 
     It is a warning in a program of another source, which may rely on the control's own reset.
     """
+    track = cuts.track
     wanted: Mapping[str, str] = usually_cancelled(track.language)
     if required is not None and required.control == track.control:
         wanted = required.cancelled
@@ -151,7 +146,7 @@ def _check_start(track: TechnologyTrack, rows: IntArray, required: RequiredTechn
     return violated(
         code="start-state",
         severity=Severity.ERROR if track.control else Severity.WARNING,
-        rows=rows[:1] if left else rows[:0],
+        rows=cuts.rows[: bool(left)],
         message=(
             f"an earlier program may have left on {'; '.join(left)}, and nothing switches that off before "
             f"the first move; write {blocks} at the start"
@@ -160,8 +155,9 @@ def _check_start(track: TechnologyTrack, rows: IntArray, required: RequiredTechn
     )
 
 
-def _check_end(track: TechnologyTrack, rows: IntArray, required: RequiredTechnology | None) -> Result:
+def _check_end(cuts: Cuts, required: RequiredTechnology | None) -> Result:
     """Check that what the table of the control switches off at the end is off after the last cut."""
+    track, rows = cuts.track, cuts.rows
     wanted = required.ended if required is not None and required.control == track.control else {}
     last = int(track.steps[-1]) if len(rows) else 0
     left = {mode: block for mode, block in wanted.items() if track.ended.get(mode, 0) <= last}
@@ -181,13 +177,11 @@ def _unasked(code: str, sentence: str, add: str) -> Result:
     return said(code, not_checked=(gap,))
 
 
-def _check_spindle(track: TechnologyTrack, rows: IntArray, required: RequiredTechnology | None) -> Result:
+def _check_spindle(cuts: Cuts, required: RequiredTechnology | None) -> Result:
     if required is not None and required.spindle:
         wanted = required.technology.spindle
-        return found_in(
+        return cuts.where(
             "spindle-off",
-            track,
-            rows,
             lambda state: not abs(state.spindle - wanted) <= SAME_SPEED,
             lambda state: (
                 f"{_turning(state)} in this cut, but {_speed(wanted)} was asked for; write S and "
@@ -195,11 +189,9 @@ def _check_spindle(track: TechnologyTrack, rows: IntArray, required: RequiredTec
             ),
             f"spindle: {_speed(wanted)} in every cut",
         )
-    if any(state.spindle != 0.0 for state in _in_force(track)):
-        return found_in(
+    if any(state.spindle != 0.0 for state in cuts.states):
+        return cuts.where(
             "spindle-off",
-            track,
-            rows,
             lambda state: state.spindle == 0.0,
             lambda state: f"{_turning(state)} in this cut, and turns in others; write S and M3 before it",
             "spindle: it turns in every cut; its speed isn't checked, none was given",
@@ -207,10 +199,6 @@ def _check_spindle(track: TechnologyTrack, rows: IntArray, required: RequiredTec
     return _unasked(
         "spindle-off", "spindle: no speed was given, and the program switches none on", "spindle_rpm"
     )
-
-
-def _in_force(track: TechnologyTrack) -> Iterable[Technology]:
-    return (track.states[k] for k in np.unique(track.state))
 
 
 def _turning(state: Technology) -> str:
@@ -224,7 +212,7 @@ def _speed(spindle: float) -> str:
     return f"an unstated speed ({sense})" if np.isnan(spindle) else f"{abs(spindle):g} rev/min ({sense})"
 
 
-def _check_tool(track: TechnologyTrack, rows: IntArray, required: RequiredTechnology | None) -> Result:
+def _check_tool(cuts: Cuts, required: RequiredTechnology | None) -> Result:
     if required is None or not required.tool:
         return _unasked("wrong-tool", "tool: no number was given", "tool_number")
     wanted, is_loaded = required.technology.tool, required.technology.loaded > 0
@@ -235,29 +223,25 @@ def _check_tool(track: TechnologyTrack, rows: IntArray, required: RequiredTechno
         which = f"tool {state.tool}" if state.tool else "no tool that the program names"
         return f"{which} cuts here, but tool {wanted} was asked for; correct the tool call"
 
-    return found_in(
+    return cuts.where(
         "wrong-tool",
-        track,
-        rows,
         lambda state: state.tool != wanted or (is_loaded and not state.loaded),
         text,
         f"tool: number {wanted} in every cut",
     )
 
 
-def _check_changes(track: TechnologyTrack, rows: IntArray) -> Result:
-    first = track.states[track.state[0]].loaded if len(track.state) else 0
-    return found_in(
+def _check_changes(cuts: Cuts) -> Result:
+    first = cuts.states[0].loaded if cuts.states else 0
+    return cuts.where(
         "change-in-cut",
-        track,
-        rows,
         lambda state: state.loaded > first,
         lambda _: "a tool is loaded between the first cut of the path and this one; write one program a tool",
         "tool: none is loaded between the cuts of the path",
     )
 
 
-def _check_length(track: TechnologyTrack, rows: IntArray, required: RequiredTechnology | None) -> Result:
+def _check_length(cuts: Cuts, required: RequiredTechnology | None) -> Result:
     wanted = None if required is None else required.technology.length
     if required is None or not wanted:
         return _unasked("length-offset", "tool length offset: none was given", "length_offset")
@@ -273,19 +257,15 @@ def _check_length(track: TechnologyTrack, rows: IntArray, required: RequiredTech
             "low by the difference of the lengths; correct H or D, or G43"
         )
 
-    return found_in(
-        "length-offset", track, rows, is_wrong, text, f"tool length offset: {wanted} in every cut"
-    )
+    return cuts.where("length-offset", is_wrong, text, f"tool length offset: {wanted} in every cut")
 
 
-def _check_work_offset(track: TechnologyTrack, rows: IntArray, required: RequiredTechnology | None) -> Result:
+def _check_work_offset(cuts: Cuts, required: RequiredTechnology | None) -> Result:
     wanted = None if required is None else required.technology.work_offset
     if not wanted:
         return _unasked("work-offset", "work offset: none was given", "work_offset")
-    return found_in(
+    return cuts.where(
         "work-offset",
-        track,
-        rows,
         lambda state: state.work_offset != wanted,
         lambda state: (
             f"work offset {state.work_offset or 'of whatever ran before'} is in force in this cut, "
@@ -295,14 +275,12 @@ def _check_work_offset(track: TechnologyTrack, rows: IntArray, required: Require
     )
 
 
-def _check_coolant(track: TechnologyTrack, rows: IntArray, required: RequiredTechnology | None) -> Result:
+def _check_coolant(cuts: Cuts, required: RequiredTechnology | None) -> Result:
     if required is None or not required.coolant:
         return _unasked("coolant-off", "coolant: none was asked for", "coolant")
     wanted = required.technology.coolant
-    return found_in(
+    return cuts.where(
         "coolant-off",
-        track,
-        rows,
         lambda state: state.coolant != wanted,
         lambda state: (
             f"{state.coolant or 'no coolant'} is on in this cut, but {wanted} was asked for; correct it"
@@ -312,11 +290,11 @@ def _check_coolant(track: TechnologyTrack, rows: IntArray, required: RequiredTec
     )
 
 
-def _check_order(track: TechnologyTrack, rows: IntArray) -> Result:
-    bad: Sequence[int] = rows[:1].tolist() if track.late_axes else []
+def _check_order(cuts: Cuts) -> Result:
+    track = cuts.track
     return violated(
         code="approach-order",
-        rows=np.array(bad, dtype=np.int64),
+        rows=cuts.rows[: bool(track.late_axes)],
         message=(
             f"in the approach Z comes down before {', '.join(track.late_axes)} move (line "
             f"{track.late_line}), from wherever the program before left them; move Z last"
@@ -325,7 +303,8 @@ def _check_order(track: TechnologyTrack, rows: IntArray) -> Result:
     )
 
 
-def _check_retract(track: TechnologyTrack, rows: IntArray, required: RequiredTechnology | None) -> Result:
+def _check_retract(cuts: Cuts, required: RequiredTechnology | None) -> Result:
+    track, rows = cuts.track, cuts.rows
     if required is None or not (required.before or required.after) or not len(rows):
         return _unasked("no-retract", "retract: none was asked for", "retract")
     first, last = int(track.steps[0]), int(track.steps[-1])

@@ -51,6 +51,7 @@ from fiveaxis.check.verification.turns import (
     check_singular,
     check_turn_rate,
 )
+from fiveaxis.check.verification.words_between import Cuts
 from fiveaxis.model import (
     Constraints,
     Interpolation,
@@ -268,17 +269,17 @@ def _technology(e: Examination) -> Iterable[Result]:
     if e.text is not None:
         back, cuts = e.text.back, e.text.back.cuts
         if (technology := back.read.motion.technology) is not None:
-            rapid, track = back.motion.kind == MoveKind.RAPID, technology.at(back.end[cuts])
-            rows = e.text.rows[cuts]
-            yield from check_technology(track, rows, back.required, rapid, technology, has_path=True)
+            rapid = back.motion.kind == MoveKind.RAPID
+            found = Cuts(technology.at(back.end[cuts]), e.text.rows[cuts])
+            yield from check_technology(found, back.required, rapid, technology, has_path=True)
     elif e.rows is not None and (technology := e.rows.read.motion.technology) is not None:
         read, required = e.rows.read, e.rows.required(e.context.machine)
         cuts = cutting_rows(e.context, e.rows.match)
-        track = technology.at(cuts)
+        found = Cuts(technology.at(cuts), cuts)
         rapid, has_path = e.context.toolpath.rapid, e.rows.match is not None
-        yield from check_technology(track, cuts, required, rapid, technology, has_path=has_path)
+        yield from check_technology(found, required, rapid, technology, has_path=has_path)
         if read.by_control:
-            yield from check_feed_mode(track, cuts, required)
+            yield from check_feed_mode(found, required)
         yield check_switched(read.motion.tcp, cuts)
         yield from check_descent(read, e.context.machine)
         yield from check_joins(e.context, read)

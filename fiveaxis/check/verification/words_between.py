@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,35 +19,55 @@ _UNCHECKED = (
 )
 
 
-def found_in(
-    code: str,
-    track: TechnologyTrack,
-    rows: IntArray,
-    is_wrong: Callable[[Technology], bool],
-    text: Callable[[Technology], str],
-    checked: str,
-    severity: Severity = Severity.ERROR,
-) -> Result:
-    """Build the result of a check of the states in force."""
-    wrong = [is_wrong(state) for state in track.states]
-    bad = np.flatnonzero(np.array(wrong, dtype=bool)[track.state])
-    return violated(
-        code=code,
-        severity=severity,
-        rows=rows[bad],
-        message=lambda i: text(track.states[track.state[bad[i]]]),
-        checked=(checked,),
-    )
+@dataclass(frozen=True, eq=False)
+class Cuts:
+    """The cuts of a program, with what is in force in them.
+
+    Parameters
+    ----------
+    track : of the moves that cut, (m,)
+    rows : (m,), row for findings on each of them
+    """
+
+    track: TechnologyTrack
+    rows: IntArray
+
+    @property
+    def states(self) -> list[Technology]:
+        """What is in force in any of the cuts, each once, that of the first cut first."""
+        return [self.track.states[k] for k in dict.fromkeys(self.track.state.tolist())]
+
+    def where(
+        self,
+        code: str,
+        is_wrong: Callable[[Technology], bool],
+        text: Callable[[Technology], str],
+        checked: str,
+        severity: Severity = Severity.ERROR,
+    ) -> Result:
+        """Build the result of a check of the states in force."""
+        states, state = self.track.states, self.track.state
+        bad = np.flatnonzero(np.array([is_wrong(each) for each in states], dtype=bool)[state])
+        return violated(
+            code=code,
+            severity=severity,
+            rows=self.rows[bad],
+            message=lambda i: text(states[state[bad[i]]]),
+            checked=(checked,),
+        )
+
+    def after(self, steps: Sequence[int]) -> IntArray:
+        """Return the rows, (s,), of the first cuts from steps on."""
+        return np.asarray(self.rows[np.searchsorted(self.track.steps, np.array(steps, dtype=np.int64))])
 
 
-def check_words(
-    track: TechnologyTrack, rows: IntArray, required: RequiredTechnology | None
-) -> Iterator[Result]:
+def check_words(cuts: Cuts, required: RequiredTechnology | None) -> Iterator[Result]:
     """Check that nothing else is in force in the cuts, or stands between them, than the control's table has.
 
     Without a job, or where the program names another control than the job's, that is what the table of that
     control has, or those of the language. A table of one's own may stand for any control.
     """
+    track = cuts.track
     usual, harmless = usual_words(track.language, track.control)
     severity = Severity.WARNING if required is None else Severity.ERROR
     wanted: frozenset[str] = frozenset()
@@ -66,20 +87,18 @@ def check_words(
         )
         return f"{'; '.join(facts)}; {_UNCHECKED}"
 
-    yield found_in(
+    yield cuts.where(
         "word-in-cut",
-        track,
-        rows,
         lambda state: bool(strange(state) or wanted.difference(state.words)),
         text,
         "smoothing, tolerances, overrides, data: in every cut as the control's table writes them",
         severity,
     )
-    first, last = (int(track.steps[0]), int(track.steps[-1])) if len(rows) else (0, -1)
+    first, last = (int(track.steps[0]), int(track.steps[-1])) if len(cuts.rows) else (0, -1)
     once = [each for each in track.once if first <= each[0] <= last and not is_harmless(each[2])]
     yield violated(
         "word-in-cut",
-        _cuts_at(track, rows, [step for step, _, _ in once]),
+        cuts.after([step for step, _, _ in once]),
         lambda i: (
             f"line {once[i][1]}: {once[i][2]} stands between the cuts, and {_WRITER} doesn't write it; "
             f"{_UNCHECKED}"
@@ -95,13 +114,14 @@ def _is_of(required: RequiredTechnology, control: str) -> bool:
 
 
 def machine_moves_between(
-    track: TechnologyTrack, whole: TechnologyTrack, rapid: BoolArray, *, any_way: bool
+    cuts: Cuts, whole: TechnologyTrack, rapid: BoolArray, *, any_way: bool
 ) -> list[MachineMove]:
     """Find the machine moves between the cuts, or right before them, whose ends aren't among the rows.
 
     Without a path cuts are those of all operations: then a retract is none of these moves if the tool comes
     back at rapid.
     """
+    track = cuts.track
     if not len(track.steps):
         return []
     first, last = int(track.steps[0]), int(track.steps[-1])
@@ -114,9 +134,7 @@ def machine_moves_between(
     return found
 
 
-def check_machine_moves(
-    track: TechnologyTrack, rows: IntArray, found: Sequence[MachineMove], severity: Severity
-) -> Result:
+def check_machine_moves(cuts: Cuts, found: Sequence[MachineMove], severity: Severity) -> Result:
     """Check that between the cuts nothing moves to positions that only the machine knows."""
 
     def text(i: int) -> str:
@@ -133,9 +151,4 @@ def check_machine_moves(
             "and back isn't checked; state it (zero, --zero), or write the move in the program's coordinates"
         )
 
-    return violated("rapid-in-cut", _cuts_at(track, rows, [m.step for m in found]), text, severity=severity)
-
-
-def _cuts_at(track: TechnologyTrack, rows: IntArray, steps: Sequence[int]) -> IntArray:
-    """Return the rows, (m,), of the first cuts from steps on."""
-    return np.asarray(rows[np.searchsorted(track.steps, np.array(steps, dtype=np.int64))])
+    return violated("rapid-in-cut", cuts.after([m.step for m in found]), text, severity=severity)
