@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from fiveaxis.base import Array, IntArray, compiled, inner, innermost
-from fiveaxis.check.stock.rays import TINY, Counts, Ends
+from fiveaxis.base import Array, compiled, inner, innermost
+from fiveaxis.check.stock.rays import TINY
 from fiveaxis.check.stock.sweep_loop import sweep_loop
 from fiveaxis.model import inside
 
@@ -269,18 +269,3 @@ def body_meets(
 
 
 sweep_bodies = sweep_loop(start_body, body_segment, bound_body, frame_body, body_near, body_meets)
-
-
-@compiled
-def fill_body(d: int, h: Array, n: IntArray, ends: Ends, count: Counts, moved: Moved) -> None:
-    """Give the rays of an empty bundle the material of one convex body that stands."""
-    u, v = (d + 1) % 3, (d + 2) % 3
-    x, top = np.zeros(3), n[d] * h[d]
-    for i in range(n[u]):
-        for j in range(n[v]):
-            x[u], x[v] = (i + 0.5) * h[u], (j + 0.5) * h[v]
-            low, _, _ = first_point(d, x, 0.0, top, 1.0, 0.0, moved)
-            high, _, _ = first_point(d, x, top, 0.0, 1.0, 0.0, moved)
-            if high - low > TINY:
-                ray = i * n[v] + j
-                ends[ray, 0], ends[ray, 1], count[ray] = low, high, 1

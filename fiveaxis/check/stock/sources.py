@@ -23,7 +23,6 @@ from fiveaxis.base import (
 from fiveaxis.cam import Mesh
 from fiveaxis.check.stock.dexels import Bundle, Stock, default_resolution
 from fiveaxis.check.stock.sweeping import BallSweep
-from fiveaxis.model import Tool, cutter_pieces, shapes
 
 SUFFIX = ".npz"
 # Forms of a stock that aren't files, with their figures in mm.
@@ -40,19 +39,18 @@ def box(bounds: Array, resolution: float) -> Stock:
     return stock
 
 
-def cylinder(foot: Array, axis: Array, radius: float, height: float, resolution: float) -> Stock:
-    """Make a bar from its foot, (3,) mm, along a unit vector, (3,)."""
-    from fiveaxis.check.stock.body_sweep import fill_body
-
-    # A disc reaches its radius times the sine of its axis's angle along each direction.
-    reach = radius * np.sqrt(np.maximum(1.0 - axis * axis, 0.0))
-    ends = np.array([foot, foot + height * axis])
-    stock = Stock.empty(np.array([ends.min(axis=0) - reach, ends.max(axis=0) + reach]), resolution)
-    (piece,) = cutter_pieces(Tool(shapes.flat(2.0 * radius, length=height)))
-    pose = np.array([foot - stock.low, axis, foot - stock.low, axis])
-    moved = pose, piece.zones, np.array([radius, 0.0, height, 0.0, 0.0])
-    for d, bundle in enumerate(stock.bundles):
-        fill_body(d, stock.pitch, stock.cells, bundle.ends, bundle.count, moved)
+def cylinder(foot: Array, radius: float, height: float, resolution: float) -> Stock:
+    """Make an upright bar on its foot, (3,) mm."""
+    side, top = np.array([radius, radius, 0.0]), np.array([0.0, 0.0, height])
+    stock = Stock.empty(np.array([foot - side, foot + side + top]), resolution)
+    x, y = ((np.arange(stock.cells[d]) + 0.5) * stock.pitch[d] - radius for d in range(2))
+    along_x, along_y = (np.sqrt(np.maximum(radius**2 - across**2, 0.0)) for across in (y, x))
+    halves = np.repeat(along_x, stock.cells[2]), np.tile(along_y, stock.cells[2])
+    for bundle, half in zip(stock.bundles[:2], halves, strict=True):
+        bundle.ends[:, 0], bundle.ends[:, 1] = radius - half, radius + half
+        bundle.count[:] = half > 0.0
+    stock.bundles[2].ends[:, 1] = height
+    stock.bundles[2].count[:] = (np.add.outer(x**2, y**2) < radius**2).ravel()
     return stock
 
 
@@ -154,7 +152,7 @@ def load_stock(given: str | Path | Mesh, part: Mesh, resolution: float | None = 
         return box(np.array([low, low + size]), step(size))
     if kind.lower() == CYLINDER and len(figures) == 2:
         size = np.array([figures[0], *figures])
-        return cylinder(foot, np.array([0.0, 0.0, 1.0]), figures[0] / 2.0, figures[1], step(size))
+        return cylinder(foot, figures[0] / 2.0, figures[1], step(size))
     if kind.lower() == PART and len(figures) == 1:
         return with_allowance(part, figures[0], step(bounds[1] - bounds[0] + 2.0 * figures[0]))
     raise SettingError(f"stock {text!r}: write {FORMS}")

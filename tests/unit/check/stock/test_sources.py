@@ -10,7 +10,7 @@ from fiveaxis.base.errors import JobError, MeshError, SettingError
 from fiveaxis.cam import Mesh
 from fiveaxis.check import Blank, save_stock
 from fiveaxis.check.stock.display import mesh_of
-from fiveaxis.check.stock.sources import cylinder, load_stock, of_mesh, read_stock
+from fiveaxis.check.stock.sources import load_stock, of_mesh, read_stock
 
 PITCH = 0.25
 
@@ -34,10 +34,13 @@ def test_a_cylinder_stands_about_the_part(part):
     assert stock.volumes() == pytest.approx(144.0 * math.pi * 8.0, rel=1e-3)
 
 
-def test_a_bar_in_any_direction_has_its_volume():
-    axis = np.array([1.0, 2.0, 2.0]) / 3.0
-    stock = cylinder(np.zeros(3), axis, 5.0, 20.0, PITCH)
-    assert stock.volumes() == pytest.approx(25.0 * math.pi * 20.0, rel=2e-3)
+def test_the_rays_of_a_bar_end_on_its_circle_and_its_faces(part):
+    surface = load_stock("cylinder:24:8", part, PITCH).surface()
+    low, high = part.bounds
+    aside = np.linalg.norm(surface.points[:, :2] - (low + high)[:2] / 2.0, axis=1)
+    assert aside[surface.direction < 2] == pytest.approx(12.0, abs=1e-5)
+    height = surface.points[surface.direction == 2, 2] - low[2]
+    assert np.minimum(height, 8.0 - height) == pytest.approx(0.0, abs=1e-5)
 
 
 def test_an_allowance_rounds_edges_and_corners(part):
