@@ -35,6 +35,8 @@ Place = tuple[float, float, float]
 # thickness, mm.
 Seen = tuple[float, float, float, float]
 EVERYWHERE: Seen = 0.0, 1.0, 0.0, 0.0
+# Triangles, nodes and slabs of an obstacle, as of `Obstacle`.
+Tree = tuple[Array, Array, Array]
 # A triangle clipped to a slab has no more corners than this.
 CORNERS = 8
 
@@ -186,7 +188,8 @@ class Obstacle:
         ----------
         tip, axis : (m, 3), mm and unit vectors, workpiece frame
         """
-        return in_chunks(_meets_all, rows, tip, axis, self.solids, self.triangles, self.nodes, self.slabs)
+        tree = self.triangles, self.nodes, self.slabs
+        return in_chunks(_meets_all, rows, tip, axis, self.solids, tree)
 
 
 def in_chunks(
@@ -195,7 +198,7 @@ def in_chunks(
     tip: Array,
     axis: Array,
     solids: Sequence[Solid],
-    *obstacle: NDArray[Any],
+    obstacle: tuple[NDArray[Any], ...],
 ) -> BoolArray:
     """Test tools at locations, (m,), in threads.
 
@@ -213,7 +216,7 @@ def in_chunks(
 
     def tested(at: int) -> BoolArray:
         some = slice(at, at + CHUNK)
-        return np.asarray(test(rows[some], tip[some], axis[some], frusta, begin, *obstacle))
+        return np.asarray(test(rows[some], tip[some], axis[some], frusta, begin, obstacle))
 
     return np.concatenate(at_once([partial(tested, start) for start in range(0, len(tip), CHUNK)]))
 
@@ -255,14 +258,7 @@ def _slabs_of(points: Array, normals: Array) -> Array:
 
 @compiled
 def _meets_all(
-    _rows: IntArray,
-    tip: Array,
-    axis: Array,
-    frusta: Array,
-    begin: IntArray,
-    triangles: Array,
-    nodes: Array,
-    slabs: Array,
+    _rows: IntArray, tip: Array, axis: Array, frusta: Array, begin: IntArray, tree: Tree
 ) -> BoolArray:
     """Find which tools with tips, (m, 3) mm, and axes, (m, 3), meet a triangle; (m,).
 
@@ -276,22 +272,15 @@ def _meets_all(
         for i in range(len(tip)):
             if not met[i]:
                 place, along = (tip[i, 0], tip[i, 1], tip[i, 2]), (axis[i, 0], axis[i, 1], axis[i, 2])
-                met[i] = _meets(place, along, own, triangles, nodes, slabs, stack, polygon, cut)
+                met[i] = _meets(place, along, own, tree, stack, polygon, cut)
     return met
 
 
 @inner
 def _meets(
-    tip: Place,
-    axis: Place,
-    frusta: Array,
-    triangles: Array,
-    nodes: Array,
-    slabs: Array,
-    stack: IntArray,
-    polygon: Array,
-    cut: Array,
+    tip: Place, axis: Place, frusta: Array, tree: Tree, stack: IntArray, polygon: Array, cut: Array
 ) -> bool:
+    triangles, nodes, slabs = tree
     leaves = len(nodes) // 2
     leaf = len(triangles) // leaves
     across, beside = _frame(axis)

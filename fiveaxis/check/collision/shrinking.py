@@ -20,6 +20,8 @@ from fiveaxis.model import MoveKind, Toolpath
 
 # Most voxels along the stock's longest side.
 MOST_VOXELS = 160
+# Voxels, as of `ShrinkingStock`: low, side, cells, begin and move.
+Grid = tuple[Array, Array, IntArray, IntArray, NDArray[np.int32]]
 # Move of voxels without material.
 NEVER = -1
 
@@ -84,7 +86,7 @@ class ShrinkingStock:
         tip, axis : (m, 3), mm and unit vectors, workpiece frame
         """
         grid = self.low, self.side, self.cells, self.begin, self.move
-        return in_chunks(_meets_all, rows, tip, axis, self.solids, *grid)
+        return in_chunks(_meets_all, rows, tip, axis, self.solids, grid)
 
 
 def _gathered(move: NDArray[np.int32]) -> tuple[IntArray, IntArray, NDArray[np.int32]]:
@@ -126,18 +128,10 @@ def _take_away(move: NDArray[np.int32], side: Array, pivot: Array, radius: float
 
 @compiled
 def _meets_all(
-    rows: IntArray,
-    tip: Array,
-    axis: Array,
-    frusta: Array,
-    _begin: IntArray,
-    low: Array,
-    side: Array,
-    cells: IntArray,
-    begin: IntArray,
-    move: NDArray[np.int32],
+    rows: IntArray, tip: Array, axis: Array, frusta: Array, _begin: IntArray, grid: Grid
 ) -> BoolArray:
     """Find which tools, (m,), meet a voxel that is taken away after their rows."""
+    low, side, cells, begin, move = grid
     met = np.zeros(len(tip), dtype=np.bool_)
     stack, box = np.empty((STACK, 4), dtype=np.int64), np.empty((1, 6))
     for m in range(len(tip)):
