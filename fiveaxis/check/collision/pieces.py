@@ -50,6 +50,13 @@ class Piece:
         return box_corners(self.low, self.high)
 
     @property
+    def circles(self) -> Array:
+        """(c, 4), mm, centre and radius of circles normal to z, whose hull is it, or the box of a mesh."""
+        if self.is_mesh:
+            return np.column_stack([self.corners, np.zeros(8)])
+        return self.bodies.reshape(-1, 4)
+
+    @property
     def size(self) -> float:
         """Diagonal of the bounding box, mm."""
         return float(np.linalg.norm(self.high - self.low, axis=-1))
@@ -119,11 +126,8 @@ def _revolved(run: Array, frame: Array) -> Piece:
 
 def extended_piece(piece: Piece, offsets: Array) -> Piece:
     """Build the hull of a piece, or of the box around a mesh, at offsets, (m, 3) mm in its own frame."""
-    circles = piece.bodies.reshape(-1, 4)
-    if piece.is_mesh:
-        circles = np.column_stack([piece.corners, np.zeros(len(piece.corners))])
     moved = np.column_stack([offsets, np.zeros(len(offsets))])
-    return _convex((circles + moved[:, None]).reshape(-1, 4), piece.frame)
+    return _convex((piece.circles + moved[:, None]).reshape(-1, 4), piece.frame)
 
 
 def _convex(circles: Array, frame: Array) -> Piece:

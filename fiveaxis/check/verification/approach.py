@@ -13,7 +13,7 @@ import numpy as np
 from fiveaxis.base import JOB, Array, Finding, Place, Severity, inverse_transform, normalise, product, risk
 from fiveaxis.cam import TriangleTree, tree_of
 from fiveaxis.check.collision.assumed import TABLE, AssumedTable
-from fiveaxis.check.collision.pieces import PairQuery, Piece, extended_piece
+from fiveaxis.check.collision.pieces import PairQuery, extended_piece
 from fiveaxis.check.collision.scene import MACHINE, SceneBody, build_scene
 from fiveaxis.check.collision.surroundings import Surroundings
 from fiveaxis.check.verification.between import JOINT_ONLY
@@ -51,8 +51,6 @@ RISES = (0.2, 0.0)
 ROOM = 0.5
 # rad: steps of the rotary axes at the retract.
 SWING = np.radians(4.0)
-# Of the polygon around a circle at the retract.
-CORNERS = 16
 # mm: rounding of a retract position.
 RETRACT = 1e-3
 LEG = "to the end of its travel, or by 100 mm"
@@ -272,8 +270,8 @@ def choose_leads(
 def height_above(machine: Machine, tool: Tool, surroundings: Surroundings, z: float) -> float | None:
     """Measure how far the tool's side is above the workpiece's, wherever all axes but Z stand.
 
-    A mesh counts as its bounding box, a circle as a polygon around it, and the rotary axes stand at steps of
-    `SWING`: of a swing of 1 m the highest point is at most 0.6 mm above its highest step.
+    A mesh counts as its bounding box, and the rotary axes stand at steps of `SWING`: of a swing of 1 m the
+    highest point is at most 0.6 mm above its highest step.
 
     Parameters
     ----------
@@ -309,17 +307,20 @@ def height_above(machine: Machine, tool: Tool, surroundings: Surroundings, z: fl
     poses = pose(positions)
     back = inverse_transform(poses[BED])
 
-    def heights(links: tuple[str, ...]) -> Array:
+    def heights(links: tuple[str, ...], side: float) -> Array:
+        """Return how high bodies reach upwards, or with side −1 downwards, (h,) mm."""
         found = [np.empty(0)]
         for body in bodies:
             placed = product(back, poses[body.link]) if body.link in links else back[:0]
             for piece in body.pieces:
-                points = product(_rim(piece), piece.frame[:3, :3].T) + piece.frame[:3, 3]
-                at = product(placed[:, :3, :3], points.T).transpose(0, 2, 1) + placed[:, None, :3, 3]
-                found.append(product(at, up).ravel())
+                frame, circles = product(placed, piece.frame), piece.circles
+                along = product(np.swapaxes(frame[:, :3, :3], 1, 2), up)
+                level = product(along, circles[:, :3].T) + product(frame[:, :3, 3], up)[:, None]
+                aside = np.sqrt(np.maximum(1.0 - along[:, 2:] ** 2, 0.0)) * circles[:, 3]
+                found.append((level + side * aside).ravel())
         return np.concatenate(found)
 
-    above, below = heights(code.head), heights((code.links[0], *code.table))
+    above, below = heights(code.head, -1.0), heights((code.links[0], *code.table), 1.0)
     return float(above.min() - below.max()) if len(above) and len(below) else None
 
 
@@ -365,16 +366,6 @@ def _bodies(machine: Machine, tool: Tool, surroundings: Surroundings) -> tuple[S
     if table is not None:
         machine = replace(machine, bodies=(*machine.bodies, table.body(surroundings.above_table or 0.0)))
     return build_scene(machine, tool, surroundings).bodies
-
-
-def _rim(piece: Piece) -> Array:
-    """Return points, (p, 3) mm in its own frame, whose hull contains a piece: of circles, polygons around."""
-    if piece.is_mesh:
-        return piece.corners
-    around = np.linspace(0.0, 2.0 * np.pi, CORNERS, endpoint=False)
-    circles = piece.bodies.reshape(-1, 1, 4)
-    rim = np.stack([np.cos(around), np.sin(around), np.zeros(CORNERS)], axis=1)[None]
-    return np.asarray((circles[..., :3] + circles[..., 3:] / np.cos(np.pi / CORNERS) * rim).reshape(-1, 3))
 
 
 def _bad_retract(machine: Machine, begin: Array, end: float, place: Place) -> Iterator[Finding]:

@@ -153,10 +153,7 @@ def _lowest_over(travel: Travel, radius: float) -> Array:
 
     The lowest point of a circle of radius r about the unit axis o is r·sqrt(1 − o_z²) below its centre.
     """
-    mover, pose = travel.mover, travel.poses
-    circles = mover.bodies.reshape(-1, 4)
-    if mover.is_mesh:
-        circles = np.column_stack([mover.corners, np.zeros(8)])
+    mover, pose, circles = travel.mover, travel.poses, travel.mover.circles
     tilted = np.sqrt(np.maximum(1.0 - pose[:, 2, 2] ** 2, 0.0))
     centres = product(pose[:, 2, :3], circles[:, :3].T) + pose[:, 2, 3, None]
     low = (centres - tilted[:, None] * circles[:, 3]).min(axis=1)
