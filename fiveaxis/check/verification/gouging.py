@@ -224,10 +224,10 @@ def gouge_depths(
     moves = MovePoses(context, tcp_height, np.vstack([outline, [body.radius, body.height]]))
     known: BoolArray = np.logical_and.reduce(np.isfinite(context.tip), axis=1)
     here, within = np.full(len(known), np.nan), np.full(len(known), -np.inf)
-    parts = _divide(moves, known)
+    parts = row, _, _, movement = _divide(moves, known)
     floors = np.zeros(len(known))
-    for ends in (parts.row - 1, parts.row):
-        np.minimum.at(floors, ends, -parts.movement)
+    for ends in (row - 1, row):
+        np.minimum.at(floors, ends, -movement)
     here[known] = depths.measure(context.tip[known], context.axis[known], floors[known])
     _search(moves, parts, here, within, depths)
     if mesh.is_watertight:
@@ -235,29 +235,15 @@ def gouge_depths(
     return here, within
 
 
-@dataclass(frozen=True, eq=False)
-class MoveParts:
-    """Parts of moves.
+def _divide(moves: MovePoses, known: BoolArray) -> tuple[IntArray, Array, Array, Array]:
+    """Divide the moves so that no rotary axis turns by more than `TURN` in a part.
 
-    Parameters
-    ----------
-    row : (m,), where the move ends
+    Returns
+    -------
+    row : (m,), where each part's move ends
     low, high : (m,), shares of the move
     movement : (m,), mm, of the cutter in the part
     """
-
-    row: IntArray
-    low: Array
-    high: Array
-    movement: Array
-
-    def at(self, which: BoolArray) -> MoveParts:
-        """Select some of them."""
-        return MoveParts(self.row[which], self.low[which], self.high[which], self.movement[which])
-
-
-def _divide(moves: MovePoses, known: BoolArray) -> MoveParts:
-    """Divide the moves so that no rotary axis turns by more than `TURN` in a part."""
     context = moves.context
     row = np.flatnonzero(known[1:] & known[:-1]) + 1
     turns = context.steps[row][:, context.machine.rotary_columns].max(axis=1, initial=0.0)
@@ -269,40 +255,43 @@ def _divide(moves: MovePoses, known: BoolArray) -> MoveParts:
     one, two = moves.poses(owner, low), moves.poses(owner, high)
     # A point's speed differs from that of its chord by at most half its bend; the ends may coincide.
     bends = np.repeat(moves.bends(row), parts) * share * share / 2.0
-    return MoveParts(owner, low, high, moves.movement(one, two) + bends)
+    return owner, low, high, moves.movement(one, two) + bends
 
 
-def _search(moves: MovePoses, parts: MoveParts, here: Array, within: Array, part: PartDepths) -> None:
+def _search(
+    moves: MovePoses,
+    parts: tuple[IntArray, Array, Array, Array],
+    here: Array,
+    within: Array,
+    depths: PartDepths,
+) -> None:
     """Halve parts of moves while they may contain a gouge; writes the largest depths into `within`."""
 
     def measure(row: IntArray, share: Array, floors: Array) -> Array:
-        depths = part.measure(*moves.poses(row, share), floors)
-        np.maximum.at(within, row, depths)
-        return depths
+        found = depths.measure(*moves.poses(row, share), floors)
+        np.maximum.at(within, row, found)
+        return found
 
+    row, low, high, movement = parts
     # The ends of the first parts are rows that are measured already, or poses between them.
-    first, last = here[parts.row - 1].copy(), here[parts.row].copy()
-    inner = parts.low > 0.0
-    floors = np.minimum(-parts.movement, -np.roll(parts.movement, 1))
-    first[inner] = measure(parts.row[inner], parts.low[inner], floors[inner])
+    first, last = here[row - 1].copy(), here[row].copy()
+    inner = low > 0.0
+    floors = np.minimum(-movement, -np.roll(movement, 1))
+    first[inner] = measure(row[inner], low[inner], floors[inner])
     ends = np.flatnonzero(inner) - 1
     last[ends] = first[inner]
     for _ in range(MOST_ROUNDS):
         # Depth can rise from one end and fall to the other by no more than the movement.
-        hidden = 0.5 * (first + last + parts.movement)
-        going = (hidden > part.doubtful[0]) & (parts.movement > part.body.finest)
+        hidden = 0.5 * (first + last + movement)
+        going = (hidden > depths.doubtful[0]) & (movement > depths.body.finest)
         if not going.any():
             break
-        parts, first, last = parts.at(going), first[going], last[going]
-        middle = 0.5 * (parts.low + parts.high)
-        depth = measure(parts.row, middle, -parts.movement)
-        halves = 0.5 * parts.movement
-        parts = MoveParts(
-            np.concatenate([parts.row, parts.row]),
-            np.concatenate([parts.low, middle]),
-            np.concatenate([middle, parts.high]),
-            np.concatenate([halves, halves]),
-        )
+        row = row[going]
+        low, high, movement, first, last = (a[going] for a in (low, high, movement, first, last))
+        middle = 0.5 * (low + high)
+        depth = measure(row, middle, -movement)
+        row, movement = np.tile(row, 2), np.tile(0.5 * movement, 2)
+        low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
         first, last = np.concatenate([first, depth]), np.concatenate([depth, last])
 
 
