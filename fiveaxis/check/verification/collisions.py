@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -37,6 +37,8 @@ TOLERANCE = 0.05
 LONGEST_STRETCH = 20_000
 # mm and rad: smaller sideways movement and turn while the tool goes back along its axis are rounding.
 MOST_ASIDE, MOST_TURNED = 0.01, 1e-4
+# Pairs of bodies with their hits along a motion.
+PairHits = Sequence[tuple[Pair, Hits]]
 # Kind of pair → code of its findings, and what to do about them.
 CODES = {SHANK: "shank", HOLDER: "holder", CUTTER: FIXTURE, MACHINE: MACHINE}
 REMEDIES = {
@@ -45,14 +47,6 @@ REMEDIES = {
     CUTTER: "route the path around it, or move it",
     MACHINE: "move the part on the table, take a longer tool, or bound the rotary axes",
 }
-
-
-@dataclass(frozen=True, eq=False)
-class PairHits:
-    """A pair of bodies with its hits along a motion."""
-
-    pair: Pair
-    hits: Hits
 
 
 def check_collisions(
@@ -103,7 +97,7 @@ def check_collisions(
     gap = risk(f"collisions at {unknown} locations whose axis values aren't finite, and in the moves to them")
     how = WORDING[Interpolation.JOINT if tcp_height is None else Interpolation.TCP]
     moves = f"collisions between locations: {how}, to {TOLERANCE:g} mm of movement"
-    clear = [pair for pair in pairs if not any(pair is f.pair for f in found)]
+    clear = [pair for pair in pairs if not any(pair is hit for hit, _ in found)]
     checked = (*scene.checked, *describe(clear), *((moves,) if clear else ()))
     not_checked = (*scene.not_checked, *left_out, *((gap,) if unknown else ()))
     # A body that only rapid moves are checked for is measured in these alone.
@@ -117,7 +111,7 @@ def check_collisions(
 
 def sweep_all(
     context: CheckContext, pairs: tuple[Pair, ...], sweep: Sweep, tcp_height: float | None
-) -> list[PairHits]:
+) -> PairHits:
     """Sweep every pair along every stretch of known axis values."""
     poses = link_poses(context.machine)
     rapid = context.toolpath.kind == MoveKind.RAPID
@@ -138,7 +132,7 @@ def sweep_all(
             hits = hits.at(new[row[hits.rows]])
             hits = hits if tcp_height is None else _of_rows(hits, place)
             if len(hits.rows):
-                found.append(PairHits(pair, hits.moved(begin)))
+                found.append((pair, hits.moved(begin)))
     return found
 
 
@@ -167,28 +161,26 @@ def known_stretches(known: BoolArray) -> Iterator[tuple[int, int]]:
             yield start, min(start + LONGEST_STRETCH + 1, end)
 
 
-def results_of(
-    kind: str, found: list[PairHits], measured: bool, remedy: str | None = None
-) -> Iterator[Result]:
+def results_of(kind: str, found: PairHits, measured: bool, remedy: str | None = None) -> Iterator[Result]:
     """Build the two results of a kind of pair: bodies that overlap, and bodies that come too near.
 
     Where no pair of the kind was `measured`, the figures are None, as nothing is known. `remedy` is what to
     do, by default as of the kind.
     """
-    own = [f for f in found if f.pair.kind == kind]
-    touching = [PairHits(f.pair, f.hits.at(f.hits.touching)) for f in own]
-    bad = {int(row) for f in touching for row in f.hits.rows}
-    near = [PairHits(f.pair, f.hits.at(~f.hits.touching & ~np.isin(f.hits.rows, sorted(bad)))) for f in own]
+    own = [(pair, hits) for pair, hits in found if pair.kind == kind]
+    touching = [(pair, hits.at(hits.touching)) for pair, hits in own]
+    bad = sorted({int(row) for _, hits in touching for row in hits.rows})
+    near = [(pair, hits.at(~hits.touching & ~np.isin(hits.rows, bad))) for pair, hits in own]
     remedy = remedy or REMEDIES[kind]
     for result in (_collisions(kind, touching, remedy), _too_near(kind, near, remedy)):
         yield result if measured else replace(result, figures=dict.fromkeys(result.figures))
 
 
-def _collisions(kind: str, found: list[PairHits], remedy: str) -> Result:
-    which, row, share, depth, others = _worst_of(found, [f.hits.depths for f in found])
+def _collisions(kind: str, found: PairHits, remedy: str) -> Result:
+    which, row, share, depth, others = _worst_of(found, [hits.depths for _, hits in found])
 
     def message(i: int) -> str:
-        pair = found[which[i]].pair
+        pair, _ = found[which[i]]
         how = f"reaches {depth[i]:.3g} mm into" if np.isfinite(depth[i]) else "is wholly inside or around"
         return (
             f"the {pair.first.name} {how} the {pair.second.name} {_where(share[i])}{_more(others[i])}; "
@@ -206,12 +198,12 @@ def _collisions(kind: str, found: list[PairHits], remedy: str) -> Result:
     )
 
 
-def _too_near(kind: str, found: list[PairHits], remedy: str) -> Result:
-    lacking = [f.pair.clearance - f.hits.gaps for f in found]
+def _too_near(kind: str, found: PairHits, remedy: str) -> Result:
+    lacking = [pair.clearance - hits.gaps for pair, hits in found]
     which, row, share, lack, others = _worst_of(found, lacking)
 
     def message(i: int) -> str:
-        pair = found[which[i]].pair
+        pair, _ = found[which[i]]
         return (
             f"the {pair.first.name} comes within {pair.clearance - lack[i]:.3g} mm of the {pair.second.name} "
             f"{_where(share[i])} (clearance {pair.clearance:g} mm){_more(others[i])}; {remedy}"
@@ -227,15 +219,13 @@ def _too_near(kind: str, found: list[PairHits], remedy: str) -> Result:
     )
 
 
-def _worst_of(
-    found: list[PairHits], values: list[Array]
-) -> tuple[IntArray, IntArray, Array, Array, IntArray]:
+def _worst_of(found: PairHits, values: list[Array]) -> tuple[IntArray, IntArray, Array, Array, IntArray]:
     """Keep the worst pair of every row: its index, the location, the share of the move to it, and the figure.
 
     Last is the number of other pairs with a hit in the row.
     """
     which = np.repeat(np.arange(len(found), dtype=np.int64), [len(v) for v in values])
-    hits = join([f.hits for f in found])
+    hits = join([hits for _, hits in found])
     row, share, value = hits.rows, hits.shares, np.concatenate([*values, np.empty(0)])
     order = np.lexsort((which, -value, row))
     rows, first, number = np.unique(row[order], return_index=True, return_counts=True)

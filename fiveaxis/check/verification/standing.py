@@ -73,7 +73,7 @@ def check_table(
     hits = [result for kind in CODES for result in results_of(kind, found, True, remedy)]
     how = "as stated" if standing.stated else "assumed: as far as the program needs it"
     where = f"face {standing.height:g} mm below the lowest point of part, stock and fixtures, {how}"
-    clear = [pair for pair in pairs if not any(pair is f.pair for f in found)]
+    clear = [pair for pair in pairs if not any(pair is hit for hit, _ in found)]
     checked = (f"{TABLE}, radius {table.radius:g} mm: {where}", *describe(clear))
     text = f"height over the table, at least {needed:g} mm: nobody stated that of the part's lowest point"
     gap = () if standing.stated or not needed else (risk(text, *STATED),)
