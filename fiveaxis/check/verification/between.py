@@ -104,12 +104,12 @@ def check_gouges(context: CheckContext, mesh: Mesh | None, interpolation: Checke
     depths = np.array([r.figures["gouge_depth_mm"] for r in (found, other)], dtype=float)
 
     def message(i: int) -> str:
-        return found.message(i) if i < count else f"with {how}, {other.message(int(ends[i - count]))}"
+        return found.text(i) if i < count else f"with {how}, {other.text(int(ends[i - count]))}"
 
     return replace(
         found,
         rows=np.concatenate([found.rows, where]),
-        values=np.concatenate([found.values, other.values[ends]]),
+        values=np.concatenate([found.ranks, other.ranks[ends]]),
         message=message,
         figures={"gouge_depth_mm": largest(depths)},
         checked=(*found.checked, f"links and rapid moves with {how}, too"),

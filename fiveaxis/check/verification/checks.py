@@ -10,7 +10,7 @@ import numpy as np
 from fiveaxis.base import JOB, MACHINE_FILE, Array, Coordinates, Gap, angle_between, risk
 from fiveaxis.check.verification.check_context import LEAN_BETWEEN, CheckContext
 from fiveaxis.check.verification.model import kinematics_name, tool_poses
-from fiveaxis.check.verification.report import Result, left_out, said, violated
+from fiveaxis.check.verification.report import Result, left_out
 from fiveaxis.model import (
     Band,
     TiltBounds,
@@ -36,7 +36,7 @@ def check_figures(context: CheckContext, coordinates: Coordinates) -> Iterator[R
     coordinates : of the words
     """
     for finding in figure_findings(context.machine, coordinates, context.positions):
-        yield violated(finding.code, np.zeros(1, dtype=np.int64), finding.message, severity=finding.severity)
+        yield Result(finding.code, np.zeros(1, dtype=np.int64), finding.message, severity=finding.severity)
 
 
 def check_finite(context: CheckContext) -> Result:
@@ -52,7 +52,7 @@ def check_finite(context: CheckContext) -> Result:
         why = "no position of the axes puts the tool there; check the machine, or " if np.isnan(value) else ""
         return f"{names[columns[i]]} is {value:g}; {why}compute the motion again"
 
-    return violated(
+    return Result(
         code="not-finite",
         rows=rows,
         message=message,
@@ -102,7 +102,7 @@ def check_limits(context: CheckContext, *, placed: bool = True) -> Result:
             "change the tilt range or move the part on the table"
         )
 
-    return violated(
+    return Result(
         code="axis-limit",
         rows=rows,
         values=shown[rows, columns],
@@ -154,7 +154,7 @@ def check_contact(context: CheckContext) -> Result:
             f"{context.tolerances.contact:g} mm); solve the linear axes again for this posture"
         )
 
-    return violated(
+    return Result(
         code="contact-error",
         rows=rows,
         values=error[rows],
@@ -194,7 +194,7 @@ def check_tilt(context: CheckContext) -> Result:
     tilt = np.degrees(angles[0])
     whose = f"; normals {context.toolpath.normals_from}"
     blind = [int((context.toolpath.cutting & np.isnan(a)).sum()) for a in angles]
-    return violated(
+    return Result(
         code="tilt",
         rows=rows,
         values=np.degrees(overrun[rows]),
@@ -225,7 +225,7 @@ def check_tilt_between(context: CheckContext, at: Callable[[Array], Array] | Non
     """
     bounds = context.constraints.leaning
     if bounds is None:
-        return said("tilt")
+        return Result("tilt")
     turns = np.zeros(len(context.axis) - 1)
     for direction in (context.axis, *(one.reference for one in bounds.all)):
         turns += np.nan_to_num(angle_between(direction[1:], direction[:-1]))
@@ -256,7 +256,7 @@ def check_tilt_between(context: CheckContext, at: Callable[[Array], Array] | Non
             f"the bound {math.degrees(bound):g} deg; put locations closer together"
         )
 
-    return violated(
+    return Result(
         code="tilt",
         rows=np.array(rows, dtype=np.int64),
         values=np.array(values),

@@ -25,7 +25,7 @@ from fiveaxis.check.collision.sweep import Hits, Sweep, join
 from fiveaxis.check.collision.travel import Stretch
 from fiveaxis.check.verification.check_context import WORDING, CheckContext
 from fiveaxis.check.verification.model import link_poses
-from fiveaxis.check.verification.report import Result, said, violated
+from fiveaxis.check.verification.report import Result
 from fiveaxis.check.verification.tcp_moves import divide_tcp_moves
 from fiveaxis.model import CUTTER, HOLDER, SHANK, Interpolation, MoveKind
 
@@ -104,7 +104,7 @@ def check_collisions(
     rapid = bool(np.any(context.toolpath.kind == MoveKind.RAPID))
     measured = {pair.kind for pair in pairs if rapid or not pair.rapid_only}
     return (
-        said(f"{MACHINE}-collision", checked=checked, not_checked=not_checked),
+        Result(f"{MACHINE}-collision", checked=checked, not_checked=not_checked),
         *(result for kind in CODES for result in results_of(kind, found, kind in measured)),
     )
 
@@ -188,7 +188,7 @@ def _collisions(kind: str, found: PairHits, remedy: str) -> Result:
         )
 
     deepest = float(depth.max(initial=0.0))
-    return violated(
+    return Result(
         code=f"{CODES[kind]}-collision",
         rows=row,
         values=depth,
@@ -209,7 +209,7 @@ def _too_near(kind: str, found: PairHits, remedy: str) -> Result:
             f"{_where(share[i])} (clearance {pair.clearance:g} mm){_more(others[i])}; {remedy}"
         )
 
-    return violated(
+    return Result(
         code=f"{CODES[kind]}-clearance",
         severity=Severity.WARNING,
         rows=row,

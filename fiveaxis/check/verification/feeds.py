@@ -7,7 +7,7 @@ import numpy as np
 from fiveaxis.base import Array, BoolArray, Gap, IntArray, Severity, risk
 from fiveaxis.check.verification.check_context import CheckContext
 from fiveaxis.check.verification.following import NEXT, Match, passed_numbers, step_lengths
-from fiveaxis.check.verification.report import Result, left_out, violated
+from fiveaxis.check.verification.report import Result, left_out
 from fiveaxis.model import MoveKind, interpolate
 
 # Allowed relative difference of a block's duration, and of the whole, from what the path's feed asks for.
@@ -116,7 +116,7 @@ def check_cutter_speed(context: CheckContext, known: BoolArray) -> Result:
             f"{len(fast)} of {cuts.sum()} moves; lower F if the cutter can't bear it"
         )
 
-    return violated("cutter-speed", worst, message, values=share[worst], severity=Severity.NOTE)
+    return Result("cutter-speed", worst, message, values=share[worst], severity=Severity.NOTE)
 
 
 def check_stated_feeds(context: CheckContext, match: Match) -> Result:
@@ -129,7 +129,7 @@ def check_stated_feeds(context: CheckContext, match: Match) -> Result:
     rows, location = rows[path.cutting[location]], location[path.cutting[location]]
     stated, wanted = context.motion.feed[rows], path.feed[location]
     bad = np.flatnonzero(np.abs(stated / wanted - 1.0) > BLOCK)
-    return violated(
+    return Result(
         code="feed-differs",
         rows=rows[bad],
         values=60.0 * np.abs(stated - wanted)[bad],
@@ -179,7 +179,7 @@ def _compare(rows: IntArray, found: Array, low: Array, high: Array, feed: Array)
             "correct F, its unit or its mode (G93, G94, G95)"
         )
 
-    return violated(
+    return Result(
         code="feed-differs",
         rows=rows[bad],
         values=np.nan_to_num(off[bad]),

@@ -16,7 +16,7 @@ from fiveaxis.check.verification.check_context import CheckContext
 from fiveaxis.check.verification.checks import largest
 from fiveaxis.check.verification.course import Course
 from fiveaxis.check.verification.moves import segment_distances
-from fiveaxis.check.verification.report import Result, violated
+from fiveaxis.check.verification.report import Result
 from fiveaxis.check.verification.tool_track import Track
 from fiveaxis.model import PATH_TOLERANCE, Band, MoveKind, Toolpath, across, turned
 
@@ -97,7 +97,7 @@ def check_following(context: CheckContext, match: Match) -> Iterator[Result]:
     path, tolerance, worst = match.path, context.tolerances.deviation, match.off
     rows = np.flatnonzero(worst > tolerance)
     swerves = bool(path.rapid.any() and context.toolpath.rapid.any())
-    yield violated(
+    yield Result(
         code="off-path",
         rows=rows,
         values=worst[rows],
@@ -113,7 +113,7 @@ def check_following(context: CheckContext, match: Match) -> Iterator[Result]:
         ),
     )
     missed = np.flatnonzero(match.row < 0)
-    yield violated(
+    yield Result(
         code="path-missed",
         rows=missed,
         message=(
@@ -138,7 +138,7 @@ def check_rapids(context: CheckContext, match: Match) -> Result:
     between = (number > 0) & (number < len(known))
     between[between] = path.cutting[known[number[between]]]
     rows = np.union1d(touches[rapid[touches] & (touches > 0)], quick[between])
-    return violated(
+    return Result(
         code="rapid-in-cut",
         rows=rows,
         message="a rapid move where the path cuts, or down to it; write G1 and F",

@@ -14,7 +14,7 @@ from fiveaxis.check.verification.check_context import CheckContext, Tolerances
 from fiveaxis.check.verification.checks import largest
 from fiveaxis.check.verification.cutting_body import CuttingBody
 from fiveaxis.check.verification.model import tool_poses
-from fiveaxis.check.verification.report import Result, left_out, violated
+from fiveaxis.check.verification.report import Result, left_out
 
 NO_PART = risk("gouges: no mesh of the part was given", "part (--part)", JOB)
 # rad: largest turn of a rotary axis between two poses that are checked.
@@ -64,7 +64,7 @@ def check_gouge(context: CheckContext, part: Mesh | None, *, tcp_height: float |
 
     inside = risk("whether the whole path lies inside the part: its mesh isn't watertight", *WATERTIGHT)
     edges = risk(f"cutting edges higher than {body.height:g} mm: the tool states no cutting length", *LENGTH)
-    return violated(
+    return Result(
         code="gouge",
         rows=rows,
         values=depth[rows],

@@ -11,7 +11,7 @@ from fiveaxis.base import Severity
 from fiveaxis.check.verification.check_context import CheckContext
 from fiveaxis.check.verification.collisions import withdrawn
 from fiveaxis.check.verification.model import tool_poses
-from fiveaxis.check.verification.report import Result, said, violated
+from fiveaxis.check.verification.report import Result
 from fiveaxis.model import MoveKind
 from fiveaxis.nc import CHANGES, DIALECTS, KLARTEXT, LENGTH_OFF, Join, TracedProgram
 
@@ -64,10 +64,10 @@ def check_joins(context: CheckContext, read: TracedProgram) -> Iterator[Result]:
             fault = _in_cut(context, join, row)
         if fault is not None:
             code, severity, text = fault
-            yield violated(code, np.array([row]), f"line {join.line}: {text}", severity=severity)
+            yield Result(code, np.array([row]), f"line {join.line}: {text}", severity=severity)
         if not length_off and (fault is not None or "Z" in join.axes or not join.axes):  # a tool change, too
             retracted = join.step
-    yield said("tcp-state", checked=("after the cuts: TCP is off at a tool change, the tool off its cut",))
+    yield Result("tcp-state", checked=("after the cuts: TCP is off at a tool change, the tool off its cut",))
 
 
 def _is_above(context: CheckContext, last: int, row: int) -> bool:

@@ -11,7 +11,7 @@ from fiveaxis.base import MACHINE_FILE, Array, Gap, IntArray, Severity, risk
 from fiveaxis.check.verification.check_context import CheckContext
 from fiveaxis.check.verification.checks import largest
 from fiveaxis.check.verification.model import tool_poses
-from fiveaxis.check.verification.report import Result, left_out, violated
+from fiveaxis.check.verification.report import Result, left_out
 from fiveaxis.model import across, turned
 
 # Rows, (m,), and a share of the moves that end there → axes, (m, k) mm and rad.
@@ -46,7 +46,7 @@ def check_speeds(context: CheckContext) -> Result:
     known = ", ".join(a.letter for a in axes if a.max_speed is not None)
     unknown = ", ".join(a.letter for a in axes if a.max_speed is None)
     lasting = time > 0.0
-    return violated(
+    return Result(
         code="speed",
         rows=rows,
         values=(needed - given)[rows, columns],
@@ -86,7 +86,7 @@ def check_accelerations(context: CheckContext, kind: str) -> Result:
         )
 
     letters = ", ".join(axes[c].letter for c in known)
-    return violated(
+    return Result(
         code=f"{kind}-acceleration",
         severity=Severity.WARNING,
         rows=rows,
@@ -142,7 +142,7 @@ def check_deviation(context: CheckContext, severity: Severity | None, within: Wi
             "use a control with TCP or put locations closer together"
         )
 
-    return violated(
+    return Result(
         code="tip-deviation",
         severity=severity,
         rows=rows,

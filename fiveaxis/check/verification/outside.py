@@ -12,7 +12,7 @@ from fiveaxis.cam import Mesh, make_patches
 from fiveaxis.check.verification.check_context import CheckContext, PathConstraints, make_context
 from fiveaxis.check.verification.following import Match
 from fiveaxis.check.verification.gouging import gouge_depths
-from fiveaxis.check.verification.report import Result, violated
+from fiveaxis.check.verification.report import Result
 from fiveaxis.model import Toolpath
 
 # mm: size of the piece of the surface that stands for it at a contact point.
@@ -64,7 +64,7 @@ def _check_side(
             "raise the approach, or the move after the path"
         )
 
-    return violated(
+    return Result(
         code="approach-deep",
         rows=rows[bad],
         values=depth[bad],

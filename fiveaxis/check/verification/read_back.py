@@ -18,7 +18,7 @@ from fiveaxis.check.verification.checks import largest
 from fiveaxis.check.verification.following import Match
 from fiveaxis.check.verification.model import tool_poses
 from fiveaxis.check.verification.moves import Within
-from fiveaxis.check.verification.report import Report, Result, violated
+from fiveaxis.check.verification.report import Report, Result
 from fiveaxis.check.verification.tcp_moves import positions_between
 from fiveaxis.model import Fill, Interpolation, Motion, MoveKind, ProgramMotion
 from fiveaxis.nc import (
@@ -303,7 +303,7 @@ def _check_positions(back: ReadBack, rows: IntArray) -> Result:
             "positions; this is a fault of the control's table or of the writer: don't run the program"
         )
 
-    return violated(
+    return Result(
         code="text-differs",
         rows=rows[written[bad]],
         values=np.maximum(aside, turned)[bad],
@@ -314,7 +314,7 @@ def _check_positions(back: ReadBack, rows: IntArray) -> Result:
 
 
 def _check_unplanned(back: ReadBack, rows: IntArray) -> Result:
-    return violated(
+    return Result(
         "text-differs",
         np.repeat(rows[-1:], len(back.unplanned)),
         f"the program's text has {len(back.unplanned)} moves that weren't planned, the first on line "
@@ -341,7 +341,7 @@ def _check_durations(back: ReadBack, rows: IntArray) -> Result:
         )
 
     total = float(wanted[timed].sum())
-    return violated(
+    return Result(
         code="duration-differs",
         severity=Severity.WARNING if back.coarse else Severity.ERROR,
         rows=rows[written[bad]],
@@ -366,7 +366,7 @@ def _check_feeds(back: ReadBack, rows: IntArray) -> Result:
             "planned; choose a table whose feeds have enough digits"
         )
 
-    return violated(
+    return Result(
         code="duration-differs",
         rows=rows[written[bad]],
         values=60.0 * off[bad],
@@ -380,7 +380,7 @@ def _check_rapids(back: ReadBack, rows: IntArray) -> Result:
     written = back.written
     quick = back.motion.kind[back.end[written]] == MoveKind.RAPID
     bad = written[quick & (back.planned.motion.kind[written] != MoveKind.RAPID) & (written > 0)]
-    return violated(
+    return Result(
         "rapid-in-cut",
         rows[bad],
         "by the program's text this move is rapid, but it was planned at feed; don't run the program",
@@ -394,7 +394,7 @@ def _check_modes(back: ReadBack, rows: IntArray) -> Result:
     under = back.read.motion.tcp[back.end[written]]
     bad = written[under != wanted] if not back.read.by_control else written[:0]
     state = "on" if wanted else "off"
-    return violated(
+    return Result(
         "tcp-state",
         rows[bad],
         f"TCP isn't {state} in this block, but its words require it {state}; don't run the program",

@@ -13,7 +13,7 @@ from fiveaxis.check.stock.sweeping import Poses
 from fiveaxis.check.verification.check_context import WORDING, CheckContext
 from fiveaxis.check.verification.collisions import CODES, REMEDIES
 from fiveaxis.check.verification.model import tool_poses
-from fiveaxis.check.verification.report import Result, violated
+from fiveaxis.check.verification.report import Result
 from fiveaxis.model import CUTTER, Interpolation, interpolate
 
 
@@ -80,7 +80,7 @@ def _gouges(cut: CutStock, allowed: float, how: str) -> Result:
             "check that part, stock and path have the same zero, or take a smaller tool"
         )
 
-    return violated(
+    return Result(
         code="gouge",
         rows=found.surface.cut_by[points] - cut.first,
         values=depths,
@@ -106,7 +106,7 @@ def _left_over(cut: CutStock, radius: float) -> Result:
             f"places (at most {tolerance:g} mm); bring the passes closer together, or take a larger cutter"
         )
 
-    return violated(
+    return Result(
         code="left-over",
         severity=Severity.WARNING,
         rows=found.surface.cut_by[points] - cut.first,
@@ -135,7 +135,7 @@ def _touches(cut: CutStock, name: str) -> Result:
             f"{moves} to here; {REMEDIES[name]}"
         )
 
-    return violated(
+    return Result(
         code=f"{CODES[name]}-collision",
         rows=rows,
         values=volume[rows],

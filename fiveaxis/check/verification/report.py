@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 import numpy as np
@@ -43,16 +43,21 @@ PATH, APPROACH, READING = "path", "approach", "reading"
 SMALLEST = ("tilt_min_deg",)
 
 
+# Rows of a check that found nothing, or of which only sentences are left to say.
+NOWHERE = np.empty(0, dtype=np.int64)
+
+
 @dataclass(frozen=True, eq=False)
 class Result:
     """What one check found.
 
     Parameters
     ----------
-    code, severity : of its findings
+    code : of its findings
     rows : (m,), location of each violation
-    values : (m,), figure that ranks the violations, worst is largest; NaN for none
-    message : message of violation 0…m−1, called only for those listed
+    message : one for all violations, or that of violation 0…m−1, called only for those listed
+    values : (m,), figure that ranks the violations, worst is largest; None if none is worse than another
+    severity : of its findings
     figures : worst values over the whole path by name, None for none
     checked : sentences on what holds if the check finds nothing worse than a note
     not_checked : what the check leaves open
@@ -63,11 +68,11 @@ class Result:
     """
 
     code: str
-    severity: Severity
-    rows: IntArray
-    values: Array
-    message: Callable[[int], str]
-    figures: Mapping[str, float | None]
+    rows: IntArray = field(default_factory=NOWHERE.copy)
+    message: str | Callable[[int], str] = ""
+    values: Array | None = None
+    severity: Severity = Severity.ERROR
+    figures: Mapping[str, float | None] = field(default_factory=dict)
     checked: tuple[str, ...] = ()
     not_checked: tuple[Gap, ...] = ()
     was_made: bool = True
@@ -75,52 +80,19 @@ class Result:
     cut: CutStock | None = None
     standing: Standing | None = None
 
+    @property
+    def ranks(self) -> Array:
+        """The values, (m,); NaN where none is worse than another."""
+        return np.full(len(self.rows), np.nan) if self.values is None else self.values
 
-def violated(
-    code: str,
-    rows: IntArray,
-    message: str | Callable[[int], str],
-    *,
-    values: Array | None = None,
-    severity: Severity = Severity.ERROR,
-    figures: Mapping[str, float | None] | None = None,
-    checked: tuple[str, ...] = (),
-    not_checked: tuple[Gap, ...] = (),
-    path: Toolpath | None = None,
-) -> Result:
-    """Return the result of a check that was run; parameters as of `Result`.
-
-    Parameters
-    ----------
-    message : one for all violations, or that of each
-    values : by default none is worse than another
-    """
-    return Result(
-        code=code,
-        severity=severity,
-        rows=rows,
-        values=np.full(len(rows), np.nan) if values is None else values,
-        message=_always(message) if isinstance(message, str) else message,
-        figures=figures or {},
-        checked=checked,
-        not_checked=not_checked,
-        path=path,
-    )
-
-
-def _always(text: str) -> Callable[[int], str]:
-    return lambda _: text
-
-
-def said(code: str, *, checked: tuple[str, ...] = (), not_checked: tuple[Gap, ...] = ()) -> Result:
-    """Return the result of a check of which only sentences are left to say."""
-    nowhere = np.empty(0, dtype=np.int64)
-    return violated(code, nowhere, "", checked=checked, not_checked=not_checked)
+    def text(self, i: int) -> str:
+        """Return the message of a violation."""
+        return self.message if isinstance(self.message, str) else self.message(i)
 
 
 def left_out(code: str, figures: Mapping[str, float | None], *why: Gap) -> Result:
     """Return the result of a check that wasn't run: its known figures, and why."""
-    return replace(said(code, not_checked=why), figures=figures, was_made=False)
+    return Result(code, figures=figures, not_checked=why, was_made=False)
 
 
 @dataclass(frozen=True)
@@ -339,15 +311,15 @@ def make_report(results: Sequence[Result], toolpath: Toolpath, not_checked: Iter
 def _list_worst(result: Result, toolpath: Toolpath) -> Iterable[Finding]:
     """Yield findings of the worst violations, and of the first one on the path."""
     toolpath = toolpath if result.path is None else result.path
-    listed = np.argsort(-result.values, kind="stable")[:MOST_LISTED]
+    listed = np.argsort(-result.ranks, kind="stable")[:MOST_LISTED]
     if len(listed) == MOST_LISTED:
         listed[-1] = listed[-1] if result.rows.min() in result.rows[listed] else result.rows.argmin()
     for i in listed.tolist():
-        row, value = int(result.rows[i]), float(result.values[i])
+        row, value = int(result.rows[i]), float(result.ranks[i])
         yield Finding(
             severity=result.severity,
             code=result.code,
-            message=result.message(i),
+            message=result.text(i),
             place=toolpath.place(row),
             value=value if math.isfinite(value) else None,
         )

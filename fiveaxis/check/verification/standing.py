@@ -24,7 +24,7 @@ from fiveaxis.check.collision.travel import Stretch, Travel
 from fiveaxis.check.verification.check_context import CheckContext, PathConstraints, make_context
 from fiveaxis.check.verification.collisions import CODES, TOLERANCE, known_stretches, results_of, sweep_all
 from fiveaxis.check.verification.model import link_poses, tool_poses
-from fiveaxis.check.verification.report import Result, said
+from fiveaxis.check.verification.report import Result
 from fiveaxis.check.verification.tcp_moves import divide_tcp_moves
 from fiveaxis.model import MoveKind, Toolpath, divided_rows, interpolate, lead_positions
 from fiveaxis.nc import TracedProgram
@@ -57,7 +57,8 @@ def check_table(
     table = AssumedTable.of(machine, surroundings, context.tip[context.toolpath.cutting])
     if table is None:
         unused = Gap("above_table: the machine's file has bodies under the part, and these count")
-        return () if surroundings.above_table is None else (said("machine-collision", not_checked=(unused,)),)
+        told = Result(f"{MACHINE}-collision", not_checked=(unused,))
+        return () if surroundings.above_table is None else (told,)
     clearances, links = surroundings.clearances, machine.code.head or (machine.code.links[-1],)
     scene = build_scene(machine, tool, Surroundings())
     movers = tuple(body for body in scene.bodies if body.link in links)
@@ -77,7 +78,7 @@ def check_table(
     checked = (f"{TABLE}, radius {table.radius:g} mm: {where}", *describe(clear))
     text = f"height over the table, at least {needed:g} mm: nobody stated that of the part's lowest point"
     gap = () if standing.stated or not needed else (risk(text, *STATED),)
-    told = replace(said(f"{MACHINE}-collision", checked=checked, not_checked=gap), standing=standing)
+    told = Result(f"{MACHINE}-collision", checked=checked, not_checked=gap, standing=standing)
     # The figures are those of the check of all other bodies.
     return (told, *(replace(result, figures={}) for result in hits))
 

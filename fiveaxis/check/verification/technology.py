@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from fiveaxis.base import JOB, BoolArray, Gap, IntArray, Severity
-from fiveaxis.check.verification.report import Result, said, violated
+from fiveaxis.check.verification.report import Result
 from fiveaxis.check.verification.words_between import (
     Cuts,
     check_machine_moves,
@@ -101,7 +101,7 @@ def check_descent(read: TracedProgram, machine: Machine) -> Iterator[Result]:
     above = float(z[at[0]] - z[max(feeds[0] - 1, at[0])]) if len(feeds) else np.inf
     low = above < DESCENT and z[at[0]] < machine.high[column] - DESCENT
     low |= lines[0] < motion.source[at[0]]
-    yield violated(
+    yield Result(
         code="approach-order",
         severity=Severity.ERROR if track.control else Severity.WARNING,
         rows=at[:1] if low else at[:0],
@@ -122,7 +122,7 @@ def check_switched(tcp: BoolArray, cuts: IntArray) -> Result:
     cuts : (m,), rows that cut
     """
     bad = cuts[tcp[cuts] != tcp[cuts[:1]]] if len(cuts) else cuts
-    return violated(
+    return Result(
         code="tcp-state",
         rows=bad,
         message="TCP is switched between the cuts of the path; switch it before them",
@@ -143,7 +143,7 @@ def _check_start(cuts: Cuts, required: RequiredTechnology | None) -> Result:
         wanted = cancelled_by(DIALECTS[track.control])[1]
     left = {mode: block for mode, block in wanted.items() if mode not in track.cancelled}
     blocks = ", ".join(dict.fromkeys(left.values()))
-    return violated(
+    return Result(
         code="start-state",
         severity=Severity.ERROR if track.control else Severity.WARNING,
         rows=cuts.rows[: bool(left)],
@@ -161,7 +161,7 @@ def _check_end(cuts: Cuts, required: RequiredTechnology | None) -> Result:
     wanted = required.ended if required is not None and required.control == track.control else {}
     last = int(track.steps[-1]) if len(rows) else 0
     left = {mode: block for mode, block in wanted.items() if track.ended.get(mode, 0) <= last}
-    return violated(
+    return Result(
         code="end-state",
         rows=rows[-1:] if left else rows[:0],
         message=(
@@ -174,7 +174,7 @@ def _check_end(cuts: Cuts, required: RequiredTechnology | None) -> Result:
 
 def _unasked(code: str, sentence: str, add: str) -> Result:
     gap = Gap(sentence, f"{add} (--{add.replace('_', '-')})", JOB)
-    return said(code, not_checked=(gap,))
+    return Result(code, not_checked=(gap,))
 
 
 def _check_spindle(cuts: Cuts, required: RequiredTechnology | None) -> Result:
@@ -292,7 +292,7 @@ def _check_coolant(cuts: Cuts, required: RequiredTechnology | None) -> Result:
 
 def _check_order(cuts: Cuts) -> Result:
     track = cuts.track
-    return violated(
+    return Result(
         code="approach-order",
         rows=cuts.rows[: bool(track.late_axes)],
         message=(
@@ -329,7 +329,7 @@ def _check_retract(cuts: Cuts, required: RequiredTechnology | None) -> Result:
                 f"{wanted} mm was asked for; correct it, or the retract of the job"
             )
         bad += [row] * (len(texts) - len(bad))
-    return violated(
+    return Result(
         code="no-retract",
         rows=np.array(bad, dtype=np.int64),
         message=lambda i: texts[i],

@@ -11,7 +11,7 @@ from fiveaxis.check.verification.check_context import CheckContext
 from fiveaxis.check.verification.checks import largest
 from fiveaxis.check.verification.following import Match
 from fiveaxis.check.verification.model import tool_poses
-from fiveaxis.check.verification.report import Result, left_out, violated
+from fiveaxis.check.verification.report import Result, left_out
 from fiveaxis.model import AXIS_TOLERANCE, FASTEST, Fill, Toolpath, singular_turn
 
 # mm: turn per length is reported for moves longer than this.
@@ -39,7 +39,7 @@ def check_hold(context: CheckContext) -> Result:
         )
 
     held = ", ".join(f"{letter} at {math.degrees(hold[letter]):g} deg" for letter in letters)
-    return violated(
+    return Result(
         code="held-axis",
         rows=rows,
         values=off[rows, which],
@@ -80,7 +80,7 @@ def check_jumps(context: CheckContext, programmed: Array | None = None, *, block
         )
 
     farther = ", more only where the program turns the tool by more" if allowed.max() > most else ""
-    return violated(
+    return Result(
         code="jump",
         rows=rows,
         values=degrees[rows, which],
@@ -170,7 +170,7 @@ def check_turn_rate(context: CheckContext) -> Result:
             "again or allow more"
         )
 
-    return violated(
+    return Result(
         code="turn-rate",
         rows=rows,
         values=np.degrees(turns[rows, which]),
@@ -207,7 +207,7 @@ def check_singular(context: CheckContext) -> Result:
         last = path.place(int(rows[-1]))
         return singular_turn(machine.rotaries[0], turns[rows], nearest[rows], last, cone=cone, rate=rate)
 
-    return violated(
+    return Result(
         code="singular-turn",
         severity=Severity.WARNING,
         rows=np.array([rows[0] for rows in passes], dtype=np.int64),
@@ -250,7 +250,7 @@ def check_planes(fill: Fill, rotary: Array) -> Result:
     off = fill.off_plane(rotary)
     moves = np.flatnonzero(fill.planes.left)
     degrees, most = np.degrees(off[moves]), math.degrees(AXIS_TOLERANCE)
-    return violated(
+    return Result(
         code="axis-off-plane",
         severity=Severity.WARNING,
         rows=np.searchsorted(fill.row, moves + 1.0),

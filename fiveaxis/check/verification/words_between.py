@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fiveaxis.base import BoolArray, IntArray, Severity
-from fiveaxis.check.verification.report import Result, violated
+from fiveaxis.check.verification.report import Result
 from fiveaxis.nc import DIALECTS, MachineMove, RequiredTechnology, Technology, TechnologyTrack, usual_words
 
 _WRITER = "the control's table"
@@ -48,7 +48,7 @@ class Cuts:
         """Build the result of a check of the states in force."""
         states, state = self.track.states, self.track.state
         bad = np.flatnonzero(np.array([is_wrong(each) for each in states], dtype=bool)[state])
-        return violated(
+        return Result(
             code=code,
             severity=severity,
             rows=self.rows[bad],
@@ -96,7 +96,7 @@ def check_words(cuts: Cuts, required: RequiredTechnology | None) -> Iterator[Res
     )
     first, last = (int(track.steps[0]), int(track.steps[-1])) if len(cuts.rows) else (0, -1)
     once = [each for each in track.once if first <= each[0] <= last and not is_harmless(each[2])]
-    yield violated(
+    yield Result(
         "word-in-cut",
         cuts.after([step for step, _, _ in once]),
         lambda i: (
@@ -151,4 +151,4 @@ def check_machine_moves(cuts: Cuts, found: Sequence[MachineMove], severity: Seve
             "and back isn't checked; state it (zero, --zero), or write the move in the program's coordinates"
         )
 
-    return violated("rapid-in-cut", cuts.after([m.step for m in found]), text, severity=severity)
+    return Result("rapid-in-cut", cuts.after([m.step for m in found]), text, severity=severity)
