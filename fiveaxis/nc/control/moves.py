@@ -92,9 +92,8 @@ class Moves(InterpreterState):
         self.note(
             Severity.NOTE,
             "motion-assumed",
-            "a first position without G0 or G1: whether the control goes there in rapid or at feed isn't "
-            "in the "
-            "program, only its end is used",
+            "a first position without G0 or G1: whether the control goes there in rapid or at feed isn't in "
+            "the program, only its end is used",
         )
 
     def _leave_at(self, targets: Mapping[str, float | None]) -> None:
@@ -258,26 +257,22 @@ class Moves(InterpreterState):
         here, level = list(self.local), cycle.level
         if level is None or here[2] is None:
             return
-        if here[2] >= level:
-            if rules.level_first and cycle.initial is not None and cycle.initial < level < here[2]:
-                self.go_rapid(self._at(self.track.now, [*here[:2], level]))
+        if here[2] < level:
+            self.note(
+                Severity.WARNING,
+                "cycle-from-below",
+                f"{self.modes.motion} starts at Z {here[2]:g} mm, below its level R {level:g}; the tool is "
+                "assumed to rise first, as on LinuxCNC; Fanuc goes straight to the hole",
+            )
+        elif not rules.level_first or cycle.initial is None or not cycle.initial < level < here[2]:
             return
-        self.note(
-            Severity.WARNING,
-            "cycle-from-below",
-            f"{self.modes.motion} starts at Z {here[2]:g} mm, below its level R {level:g}; the tool is "
-            "assumed to rise first, as on LinuxCNC; Fanuc goes straight to the hole",
-        )
         self.go_rapid(self._at(self.track.now, [*here[:2], level]))
 
     def _at(self, values: Values, local: Point) -> Values:
         """Return a row's values with X, Y, Z given in the frame in force, mm."""
-        target = values.copy()
-        if None in local:
-            found: Point = [None] * 3
-        else:
-            found = self.coordinates.from_local(np.array([local], dtype=float))[0].tolist()
-        for column, value in zip(self.coordinates.xyz, found, strict=True):
+        at, target = self.coordinates, values.copy()
+        found = [None] * 3 if None in local else at.from_local(np.array([local], dtype=float))[0].tolist()
+        for column, value in zip(at.xyz, found, strict=True):
             target[column] = value
         return target
 

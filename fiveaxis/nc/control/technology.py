@@ -246,8 +246,11 @@ class TechnologyReader:
             return
         self._take_machine_moves(block)
         words = (*block.m, *block.ignored)
-        change = self._of_tool(block, words) | self._of_offsets(block) | self._of_feed(block)
-        change |= self._of_words(block)
+        change = self._of_tool(block, words) | self._of_offsets(block) | self._of_words(block)
+        if modes := [word for word in block.g if word in FEED_MODES]:
+            change["feed_mode"] = modes[-1]
+        if "S" in block.words:
+            change["speed"] = block.words["S"]
         later: dict[str, Any] = {}
         # Without a speed to turn at, M13 and M14 are those of a clamp, as on Haas.
         stands = self.now.speed is None and "S" not in block.words
@@ -306,12 +309,6 @@ class TechnologyReader:
                 self.once.append((block.step or block.line, block.line, word))
         return {} if words == self.now.words else {"words": words}
 
-    @staticmethod
-    def _of_feed(block: Block) -> dict[str, Any]:
-        modes = [word for word in block.g if word in FEED_MODES]
-        change: dict[str, Any] = {"feed_mode": modes[-1]} if modes else {}
-        return change | ({"speed": block.words["S"]} if "S" in block.words else {})
-
     def _of_tool(self, block: Block, words: Collection[str]) -> dict[str, Any]:
         name = block.tool or (f"T{block.words['T']:g}" if "T" in block.words else None)
         if name is not None:
@@ -359,9 +356,7 @@ class TechnologyReader:
             return
         if "Z" in block.words and not {"X", "Y"}.isdisjoint(block.words):
             self._diagonals.append(block.line)
-        for letter in "XYZABC":
-            if letter not in block.words:
-                continue
+        for letter in (c for c in "XYZABC" if c in block.words):
             self._at_machine.pop(letter, None)
             if letter == "Z":
                 self._down = block.step or block.line
