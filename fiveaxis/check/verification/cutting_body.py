@@ -54,8 +54,8 @@ class CuttingBody:
         heart = tool.radius if cutter.is_ball else _heart(pieces[0], height)
         return cls(pieces, height, cutter.length is not None, heart, tool.radius, finest)
 
-    def depths(self, tips: Array, axes: Array, tree: TriangleTree, floors: Array) -> Array:
-        """Measure how deep the cutter reaches into triangles.
+    def depths(self, tips: Array, axes: Array, part: TriangleTree | Model, floors: Array) -> Array:
+        """Measure how deep the cutter reaches into triangles or, to 0.1 µm, the exact surfaces of a model.
 
         Depth is the shortest distance from the deepest point of the surface out of the cutter's profile,
         sideways, towards the tip or past its upper end: offset inwards by the depth, the profile would only
@@ -65,27 +65,23 @@ class CuttingBody:
         Parameters
         ----------
         tips, axes : (n, 3), mm and unit vectors
-        tree : of the part
+        part : its triangles, or its exact surfaces
         floors : (n,), mm; returned for smaller depths
 
         Returns
         -------
         (n,), mm; negative is clearance
         """
-        return self._deepest(partial(piece_depths, tree=tree), tips, axes, floors)
-
-    def exact_depths(self, tips: Array, axes: Array, model: Model, floors: Array) -> Array:
-        """Measure as `depths` does in the exact surfaces of a model, to 0.1 µm."""
-        return self._deepest(partial(exact_piece_depths, model=model), tips, axes, floors)
-
-    def _deepest(self, measure: Callable[..., Array], tips: Array, axes: Array, floors: Array) -> Array:
+        measure: Callable[..., Array] = piece_depths
+        if not isinstance(part, TriangleTree):
+            measure = exact_piece_depths
         tips, axes = np.ascontiguousarray(tips), np.ascontiguousarray(axes)
         depths = np.array(floors, dtype=float)
 
         def work(first: int) -> None:
             rows = slice(first, first + CHUNK)
             for piece in self.pieces:
-                depths[rows] = measure(piece, tips[rows], axes[rows], floors=depths[rows])
+                depths[rows] = measure(piece, tips[rows], axes[rows], part, depths[rows])
 
         at_once([partial(work, start) for start in range(0, len(tips), CHUNK)])
         return depths

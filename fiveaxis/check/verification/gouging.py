@@ -200,7 +200,7 @@ class PartDepths:
             return depths
         near = np.flatnonzero((depths > self.doubtful[0]) & (depths < self.doubtful[1]))
         at_least = np.maximum(depths[near] - self.model.deviation, floors[near])
-        depths[near] = self.body.exact_depths(tips[near], axes[near], self.model, at_least)
+        depths[near] = self.body.depths(tips[near], axes[near], self.model, at_least)
         return depths
 
 
