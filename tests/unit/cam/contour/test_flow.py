@@ -73,7 +73,7 @@ def of_ruled(p):
 def test_contacts_lie_on_closed_forms_and_ridges_are_as_high_as_asked(parts, name, along, form):
     part, scallop = mesh(parts / f"{name}.step"), 0.03
     path = plan_contour(
-        part, Tool.ball(6), strategy="flow", flow_along=along, faces="1", scallop=scallop, spacing=0.3
+        part, Tool.ball(6), strategy="flow", flow_along=along, faces="1", scallop=scallop, spacing=0.2
     )
     distance, normal = form(path.contact[path.cutting])
     assert np.abs(distance).max() < OFF
