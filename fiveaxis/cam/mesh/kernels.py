@@ -193,14 +193,16 @@ def reach(start: Array, end: Array, triangles: Array, boxes: Array, limit: float
     no distance changes faster than the point moves. A step is never shorter than `finest`. The result is −1
     if the start itself is too near.
     """
-    length = np.sqrt(np.sum((end - start) ** 2))
+    way, place = offset(start, end), np.empty(3)
+    length = math.sqrt(way[0] ** 2 + way[1] ** 2 + way[2] ** 2)
     done = 0.0
     clear = -1.0
     while True:
         share = 0.0 if length == 0.0 else done / length
         ahead = length - done
-        within = limit + max(ahead, finest)
-        _, gap = nearest_triangle(start + share * (end - start), triangles, boxes, within)
+        for k in range(3):
+            place[k] = start[k] + share * way[k]
+        _, gap = nearest_triangle(place, triangles, boxes, limit + max(ahead, finest))
         if gap < limit:
             return clear
         clear = done

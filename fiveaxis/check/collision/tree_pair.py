@@ -92,7 +92,8 @@ def gap_between(
     """
     leaves_a, leaves_b = len(boxes_a) // 2, len(boxes_b) // 2
     width_a, width_b = len(bodies_a) // leaves_a, len(bodies_b) // leaves_b
-    waiting, bounds = np.ones((STACK, 2), np.int64), np.zeros(STACK)
+    waiting, bounds = np.empty((STACK, 2), np.int64), np.empty(STACK)
+    waiting[0, 0], waiting[0, 1], bounds[0] = 1, 1, 0.0
     count, found, best, simplex = 1, np.inf, most, np.empty((7, 3))
     while count > 0:
         count -= 1
@@ -118,7 +119,8 @@ def depth_between(bodies_a: Array, boxes_a: Array, bodies_b: Array, boxes_b: Arr
     """Measure the depth of two pieces in each other, mm: the largest `overlap` of two bodies, or 0."""
     leaves_a, leaves_b = len(boxes_a) // 2, len(boxes_b) // 2
     width_a, width_b = len(bodies_a) // leaves_a, len(bodies_b) // leaves_b
-    waiting, bounds = np.ones((STACK, 2), np.int64), np.full(STACK, -np.inf)
+    waiting, bounds = np.empty((STACK, 2), np.int64), np.empty(STACK)
+    waiting[0, 0], waiting[0, 1], bounds[0] = 1, 1, -np.inf
     count, deepest, simplex = 1, 0.0, np.empty((7, 3))
     corners, planes = np.empty((MOST_CORNERS, 3)), np.empty((MOST_FACES, 4))
     faces, edges = np.empty((MOST_FACES, 3), np.int64), np.empty((3 * MOST_FACES, 2), np.int64)

@@ -316,10 +316,13 @@ def walk(
     anchored : (n, k), mm and rad, a path that is admissible everywhere; brought near by whole turns
     coarse, fine : (m, 2), rad, offsets
     """
-    rotary, here, there = anchored[:, columns], anchored[0].copy(), anchored[0].copy()
-    count, axes, around = max(len(coarse), len(fine)), len(here), np.empty(2)
+    axes, count = anchored.shape[1], max(len(coarse), len(fine))
+    rotary, around, here, there = np.empty((len(anchored), 2)), np.empty(2), np.empty(axes), np.empty(axes)
     rows, tried = np.empty(count, dtype=np.int64), np.empty((count, 2))
     positions, excess = np.empty((count, axes)), np.empty(count)
+    for a in range(axes):
+        here[a] = anchored[0, a]
+    rotary[0, 0], rotary[0, 1] = here[columns[0]], here[columns[1]]
     for i in range(1, len(anchored)):
         around[0], around[1] = here[columns[0]], here[columns[1]]
         to_anchor = 0.0

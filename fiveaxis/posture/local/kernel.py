@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fiveaxis.base import Array, BoolArray, IntArray, compiled, inner
+from fiveaxis.base import Array, BoolArray, IntArray, compiled, inner, innermost
 
 # Compliance of an equation: its stiffness leaves the other terms their digits.
 YIELD = 1e-10
@@ -103,7 +103,7 @@ def differentiate(
                 gradient[j, (i - first[j]) * d + e] += coefficient[j, z] * slope[i, a, e]
 
 
-@inner
+@innermost
 def assemble(mu: float, point: Point, soft: Array, answer: Array, band: Array, right: Array) -> None:
     """Eliminate parts and rows, and add the rows to the condensed system.
 
@@ -153,7 +153,7 @@ def assemble(mu: float, point: Point, soft: Array, answer: Array, band: Array, r
                 band[base + e, e - f] += g * gradient[j, f]
 
 
-@inner
+@innermost
 def recover(
     mu: float, point: Point, soft: Array, answer: Array, dx: Array, change: Array, new: Array
 ) -> None:
@@ -265,7 +265,7 @@ def solve_band(band: Array, right: Array, free: BoolArray, shift: float, dx: Arr
     return True
 
 
-@inner
+@innermost
 def longest_steps(fraction: float, point: Point, change: Array) -> tuple[float, float]:
     """Find the longest steps up to 1, of values and of duals, that use at most a share of their room."""
     parts, state = point.parts, point.state
@@ -313,7 +313,7 @@ def measure(mu: float, point: Point, change: Array, alpha: float, value: Array) 
     return off, cost - mu * math.log(product)
 
 
-@inner
+@innermost
 def gain(mu: float, point: Point, dx: Array, change: Array) -> float:
     """Differentiate the barrier objective along a step."""
     square, parts, state, gradient = point.square, point.parts, point.state, point.gradient
