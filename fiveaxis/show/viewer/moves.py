@@ -118,7 +118,8 @@ class Side:
 def choose_sides(solution: Optimum, program: ShownProgram | None = None) -> tuple[Side, ...]:
     """Return the result, as its program moves if one is given, and its baselines; the dearest ones last."""
     path, tilt = solution.toolpath, solution.tilt
-    sides = [thinned(shown_result(solution, program), MOST_ROWS)]
+    result = _program_side(solution, program) or _side(RESULT, solution.timed(), path, tilt, solution.energy)
+    sides = [thinned(result, MOST_ROWS)]
     for name, baseline in sorted(solution.compared.items(), key=lambda item: item[1].energy.total):
         own, bounds = baseline.toolpath, tilt
         if own is not None:
@@ -128,14 +129,6 @@ def choose_sides(solution: Optimum, program: ShownProgram | None = None) -> tupl
         side = _side(name, solution.timed(name), own or path, bounds, baseline.energy)
         sides.append(thinned(side, MOST_BASELINE_ROWS))
     return tuple(sides)
-
-
-def shown_result(solution: Optimum, program: ShownProgram | None) -> Side:
-    """Return the result with all of its rows, as its program moves if one is given."""
-    found = _program_side(solution, program)
-    if found is not None:
-        return found
-    return _side(RESULT, solution.timed(), solution.toolpath, solution.tilt, solution.energy)
 
 
 def _side(name: str, motion: Motion, path: Toolpath, tilt: TiltBounds, energy: Energy) -> Side:

@@ -6,26 +6,21 @@ It is written to a file here, and served by `serving`. Text from files is escape
 from __future__ import annotations
 
 import logging
-import math
 from collections.abc import Sequence
 from html import escape
 from importlib.metadata import distribution
 from importlib.resources import files
 from pathlib import Path
 from string import Template
-from typing import TYPE_CHECKING
 
-from fiveaxis.base import CadFile, Finding, MeshSource, SettingError, group_findings, write_atomically
+from fiveaxis.base import Finding, group_findings, keywords_of, write_atomically
 from fiveaxis.posture import Optimum
-from fiveaxis.show.viewer.moves import NO_LINE, ShownProgram, Side, choose_sides, find_stops, shown_result
+from fiveaxis.show.viewer.moves import Side
 from fiveaxis.show.viewer.payload import VIRIDIS, describe_show, pack_payload
 from fiveaxis.show.viewer.recorder import Recorder
 from fiveaxis.show.viewer.scene import STOCK_COLOUR, Scene, build_scene
+from fiveaxis.show.viewer.shown import Beside, Shown, WholeProgram, shown_of
 from fiveaxis.show.viewer.stock import PlayedStock
-from fiveaxis.show.viewer.whole import WholeProgram
-
-if TYPE_CHECKING:
-    from fiveaxis.check import Surroundings
 
 logger = logging.getLogger(__name__)
 
@@ -38,16 +33,8 @@ SCRIPTS = (
 CURVES, AXIS_ROW = 64, 12
 
 
-def write_preview(
-    solution: Optimum | WholeProgram,
-    path: str | Path,
-    *,
-    program: ShownProgram | None = None,
-    part: MeshSource | None = None,
-    surroundings: Surroundings | None = None,
-    findings: Sequence[Finding] = (),
-    cad: CadFile = CadFile(),
-) -> Path:
+@keywords_of(Beside)
+def write_preview(solution: Optimum | WholeProgram, path: str | Path, given: Beside) -> Path:
     """Write the simulation as one HTML page that works offline; the same solution gives the same bytes.
 
     Parameters
@@ -68,74 +55,36 @@ def write_preview(
     SettingError
         The page can't be written there; neither a solution nor a program.
     """
-    page = render_page(
-        solution, program=program, part=part, surroundings=surroundings, findings=findings, cad=cad
-    )
+    page = render_page(solution, given)
     logger.info("%s: %d kB", Path(path).name, len(page) // 1000)
     return write_atomically(path, page)
 
 
-def render_page(
-    solution: Optimum | WholeProgram,
-    *,
-    program: ShownProgram | None = None,
-    part: MeshSource | None = None,
-    surroundings: Surroundings | None = None,
-    findings: Sequence[Finding] = (),
-    cad: CadFile = CadFile(),
-) -> str:
+def render_page(solution: Optimum | WholeProgram, given: Beside = Beside()) -> str:
     """Return the text of the page that `write_preview` writes."""
-    if not isinstance(solution, Optimum | WholeProgram):
-        raise SettingError(
-            f"a preview shows a solution, and this is {solution!r:.80}; show a program by "
-            "preview(show_program(FILE, MACHINE))"
-        )
-    standing = None if program is None else program.report.standing
-    if isinstance(solution, WholeProgram):
-        surroundings, findings, standing = solution.surroundings, solution.findings, solution.standing
-    recorder = Recorder()
-    sides = (solution.side,) if isinstance(solution, WholeProgram) else choose_sides(solution, program)
-    stops = find_stops(findings, sides[0])
-    # Of a whole program, which may have a fault in every block, only where each run of them begins.
-    marked = [stop.finding for stop in stops] if isinstance(solution, WholeProgram) else findings
-    scene = build_scene(
-        recorder,
-        solution,
-        sides,
-        part,
-        surroundings=surroundings,
-        findings=marked,
-        standing=standing,
-        cad=cad,
-    )
-    blank = None if surroundings is None else surroundings.blank
-    cut = None if program is None else program.report.cut
-    played: PlayedStock | None = None
-    if blank is not None and not isinstance(solution, WholeProgram):
-        played = PlayedStock.of(blank, shown_result(solution, program), solution.machine, cut)
-    bounds = math.degrees(solution.tilt.low), math.degrees(solution.tilt.high)
-    head, sections = describe_show(
-        solution.machine, scene, sides, _lines(solution, program, sides[0]), bounds
-    )
-    head["stops"] = [stop.as_list() for stop in stops]
+    shown = shown_of(solution, given)
+    recorder, result, blank = Recorder(), shown.sides[0], shown.surroundings.blank
+    scene = build_scene(recorder, shown)
+    head, sections = describe_show(shown, scene)
+    played = None if blank is None else PlayedStock.of(blank, result, shown.machine, shown.cut)
     if played is not None:
         head["stock"] = played.describe(sections) | {"colour": STOCK_COLOUR}
-    logger.debug("%d messages to the scene; %d findings", len(recorder.commands), len(findings))
-    axes = solution.machine.axes
+    logger.debug("%d messages to the scene; %d findings", len(recorder.commands), len(shown.findings))
+    axes = shown.machine.axes
     others = "; those of a baseline beside the optimised program in the grey half of each row"
     return Template(_own("page.html")).substitute(
-        title=escape(Path(solution.toolpath.name).name),
+        title=escape(Path(shown.toolpath.name).name),
         style=_own("page.css"),
-        facts=f"{solution.toolpath.count_given} locations, {escape(solution.machine.name)}",
-        programs="<br>".join(_figures(side) for side in sides),
-        others=others if len(sides) > 1 else "",
-        beside=_beside(sides),
-        boxes="".join(_boxes(scene)),
+        facts=f"{shown.toolpath.count_given} locations, {escape(shown.machine.name)}",
+        programs="<br>".join(_figures(side) for side in shown.sides),
+        others=others if len(shown.sides) > 1 else "",
+        beside=_beside(shown.sides),
+        boxes="".join(_boxes(shown, scene)),
         map="" if played is None else _map(played),
-        remarks="\n".join(_remarks(solution, scene)),
+        remarks="\n".join(_remarks(shown, scene)),
         stops=", ".join("rgb({:.0f} {:.0f} {:.0f})".format(*(255.0 * stop)) for stop in VIRIDIS),
         top=f"{head['top']:,.0f}",
-        findings=_listed(findings, sides[0]) if findings else "",
+        findings=_listed(shown.findings, result) if shown.findings else "",
         axes="".join(_reading(number, axis.letter) for number, axis in enumerate(axes)),
         letters="".join(f"<span>{axis.letter}</span>" for axis in axes),
         height=CURVES + AXIS_ROW * len(axes),
@@ -144,13 +93,6 @@ def render_page(
         meshcat=_meshcat("main.min.js"),
         scripts="".join(f"<script>\n{_own(name)}</script>\n" for name in SCRIPTS),
     )
-
-
-def _lines(solution: Optimum | WholeProgram, program: ShownProgram | None, side: Side) -> tuple[str, ...]:
-    """Return the lines of the program, where its moves tell them."""
-    if isinstance(solution, WholeProgram):
-        return solution.lines
-    return program.text.lines if program is not None and (side.line != NO_LINE).any() else ()
 
 
 def _meshcat(name: str) -> str:
@@ -193,21 +135,22 @@ def _beside(sides: Sequence[Side]) -> str:
     )
 
 
-def _boxes(scene: Scene) -> list[str]:
+def _boxes(shown: Shown, scene: Scene) -> list[str]:
     """Return a check box for every object that can be hidden."""
+    around, cut = shown.surroundings, shown.surroundings.blank is not None
     wanted = [
-        ("part", "workpiece/part", scene.has_part, not scene.cuts_stock),
+        ("part", "workpiece/part", shown.part is not None, not cut),
         ("face numbers", "workpiece/numbers", scene.has_numbers, False),
-        ("stock", "workpiece/stock", scene.has_stock, scene.cuts_stock),
+        ("stock", "workpiece/stock", around.stock is not None, cut),
         ("path", "workpiece/path", True, True),
-        ("fixtures", "workpiece/fixtures", bool(scene.fixtures), True),
+        ("fixtures", "workpiece/fixtures", bool(around.fixtures), True),
         ("machine", "links", True, True),
         ("tool", "tool", True, True),
         ("findings", "workpiece/marks", scene.has_marks, True),
     ]
     return [
-        f'<label><input type="checkbox" data-node="{node}"{" checked" * shown}> {label}</label>'
-        for label, node, there, shown in wanted
+        f'<label><input type="checkbox" data-node="{node}"{" checked" * seen}> {label}</label>'
+        for label, node, there, seen in wanted
         if there
     ]
 
@@ -225,18 +168,17 @@ def _map(played: PlayedStock) -> str:
     )
 
 
-def _remarks(solution: Optimum | WholeProgram, scene: Scene) -> list[str]:
+def _remarks(shown: Shown, scene: Scene) -> list[str]:
     """Return the remarks on machine, fixtures and holder."""
-    remarks = []
-    if scene.is_schematic:
+    remarks, fixtures = [], [fixture.name for fixture in shown.surroundings.fixtures]
+    if not shown.machine.bodies:
         remarks.append("The machine is a scheme: placed by its chain and travels, with invented thicknesses.")
     if scene.assumed:
         remarks.append(f"Brown-red: {' and '.join(scene.assumed)}, checked in place of [[bodies]].")
-    if scene.fixtures:
-        remarks.append("fixtures: " + ", ".join(scene.fixtures))
-    if isinstance(solution, WholeProgram):
-        remarks += [f"Assumed: {sentence}." for sentence in solution.assumed]
-    if solution.toolpath.tool.holder is None:
+    if fixtures:
+        remarks.append("fixtures: " + ", ".join(fixtures))
+    remarks += [f"Assumed: {sentence}." for sentence in shown.assumed]
+    if shown.toolpath.tool.holder is None:
         remarks.append("No holder is known; the shank's length is assumed.")
     return [f'<p class="small">{escape(line)}</p>' for line in remarks]
 

@@ -16,6 +16,7 @@ from fiveaxis.base import Array
 from fiveaxis.model import Machine, Motion, link_poses
 from fiveaxis.show.viewer.moves import Readings, Side, read_off
 from fiveaxis.show.viewer.scene import STAGE, Scene
+from fiveaxis.show.viewer.shown import Shown
 
 # Steps of a number that is packed in 16 bit.
 STEPS = 2**16 - 1
@@ -76,22 +77,14 @@ def pack_payload(commands: Sequence[bytes], sections: Sections, head: Mapping[st
     return base64.b64encode(gzip.compress(content, LEVEL, mtime=0)).decode("ascii")
 
 
-def describe_show(
-    machine: Machine, scene: Scene, sides: Sequence[Side], text: Sequence[str], tilt: tuple[float, float]
-) -> tuple[dict[str, Any], Sections]:
-    """Collect the data for the page's script.
-
-    Parameters
-    ----------
-    text : lines of the result's program, which `Side.line` counts from 1
-    tilt : deg, bounds of the lean
-    """
-    sections = Sections()
-    readings = [read_off(side, machine) for side in sides]
+def describe_show(shown: Shown, scene: Scene) -> tuple[dict[str, Any], Sections]:
+    """Collect the data for the page's script."""
+    sections, sides = Sections(), shown.sides
+    readings = [read_off(side, shown.machine) for side in sides]
     powers = [cutting_powers(r.powers, s.motion) for r, s in zip(readings, sides, strict=True)]
     head = {
         "stage": f"/meshcat/{STAGE}",
-        "machine": _machine(machine),
+        "machine": _machine(shown.machine),
         "extents": {
             name: {"middle": _numbers(extent.middle), "size": extent.size}
             for name, extent in scene.extents.items()
@@ -99,8 +92,9 @@ def describe_show(
         "sides": [side.name for side in sides],
         "top": colour_top(*powers),
         "scale": VIRIDIS.tolist(),
-        "tilt": list(tilt),
-        "text": list(text),
+        "tilt": [math.degrees(shown.tilt.low), math.degrees(shown.tilt.high)],
+        "text": list(shown.lines),
+        "stops": [stop.as_list() for stop in shown.stops],
     }
     for number, (side, reading) in enumerate(zip(sides, readings, strict=True)):
         _add_side(sections, str(number), side, reading)

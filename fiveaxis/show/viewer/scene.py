@@ -6,20 +6,19 @@ The page's script moves the links by the chain (`chain.js`), so a scene has no f
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
 import numpy as np
 
-from fiveaxis.base import Array, CadFile, Finding, MeshSource, Severity, inverse_transform
-from fiveaxis.cam import Mesh, Model, load_mesh
+from fiveaxis.base import Array, Finding, Severity, inverse_transform
+from fiveaxis.cam import Mesh, Model
 from fiveaxis.check import Standing, Surroundings, box_corners, with_nose, with_stated_table
 from fiveaxis.model import BED, CUTTER, HOLDER, SHANK, Body, Machine, Tool, Toolpath, link_poses, tool_poses
 from fiveaxis.show.viewer.moves import Side, shown_points
 from fiveaxis.show.viewer.numbers import number_marks
 from fiveaxis.show.viewer.recorder import BY_VERTEX, Recorder, segments, triangles
 from fiveaxis.show.viewer.schematic import schematic_bodies
+from fiveaxis.show.viewer.shown import UNKNOWN, Shown
 from fiveaxis.show.viewer.solids import (
     corners,
     is_flat,
@@ -28,10 +27,6 @@ from fiveaxis.show.viewer.solids import (
     pose_of,
     scatter_marks,
 )
-from fiveaxis.show.viewer.whole import UNKNOWN, WholeProgram
-
-if TYPE_CHECKING:
-    from fiveaxis.posture import Optimum
 
 ROOT = "fiveaxis"
 STAGE = f"{ROOT}/stage"
@@ -90,96 +85,53 @@ class Scene:
     Parameters
     ----------
     extents : what is in view: ``part`` in the workpiece frame, ``work`` and ``machine`` in the machine frame
-    has_part, has_numbers, has_stock, has_marks : whether they are in the scene
-    cuts_stock : whether the page's script adds the stock as it is cut
-    is_schematic : whether the machine is drawn from its chain alone
+    has_numbers, has_marks : whether they are in the scene
     assumed : names of the bodies that nobody described and that are checked all the same
-    fixtures : their names, in the order of their nodes
     """
 
     extents: dict[str, Extent]
-    has_part: bool
     has_numbers: bool
-    has_stock: bool
     has_marks: bool
-    cuts_stock: bool
-    is_schematic: bool
     assumed: tuple[str, ...]
-    fixtures: tuple[str, ...]
 
 
-def build_scene(
-    recorder: Recorder,
-    solution: Optimum | WholeProgram,
-    sides: Sequence[Side],
-    part: MeshSource | None = None,
-    *,
-    surroundings: Surroundings | None = None,
-    findings: Sequence[Finding] = (),
-    standing: Standing | None = None,
-    cad: CadFile = CadFile(),
-) -> Scene:
-    """Build the scene of a solution, every axis at 0.
-
-    Parameters
-    ----------
-    recorder : takes the scene's commands
-    solution : to show
-    sides : its motions, the result first
-    part : mesh of the part in mm, or its file; None takes that of the surroundings
-    surroundings : stock and fixtures
-    findings : of verification, on the solution's motion; shown as marks at their locations
-    standing : how the part stands over an assumed table, which is shown there
-    cad : how a file of the part is taken
+def build_scene(recorder: Recorder, shown: Shown) -> Scene:
+    """Build the scene of what is shown, every axis at 0.
 
     Raises
     ------
     MeshError
-        A mesh of the part, a fixture or the machine can't be read.
+        A mesh of a fixture or the machine can't be read.
     """
-    machine, path = solution.machine, solution.toolpath
-    mesh, around = gather(part, surroundings, cad)
+    machine, path, mesh, around = shown.machine, shown.toolpath, shown.part, shown.surroundings
     # The way from a tool change isn't what there is to see.
     cuts = path.pivot[path.cutting] if path.cutting.any() else path.pivot
-    points = cuts if mesh is None else np.vstack([cuts, mesh.vertices])
-    part_box = Extent.of(points)
+    part_box = Extent.of(cuts if mesh is None else np.vstack([cuts, mesh.vertices]))
     workpiece = f"{STAGE}/workpiece"
-    model = None
+    model = None if mesh is None else mesh.model
     if mesh is not None:
         add_part(recorder, workpiece, mesh)
-        model = mesh.model
     if model is not None:
         add_numbers(recorder, workpiece, model)
     add_surroundings(recorder, workpiece, around)
     own = max(float(np.ptp(cuts, axis=0).max()), path.tool.diameter)
-    marked = add_marks(recorder, workpiece, findings, shown_points(path), MARK * own)
+    marked = add_marks(recorder, workpiece, shown.marked, shown_points(path), MARK * own)
     tool_height = max(float(outlined.outline[-1, 1]) for outlined in path.tool.parts())
     if path.tool.holder is None:
         tool_height = max(TOOL_IN_VIEW * path.tool.diameter, min(tool_height, 2.0 * own))
     bodies = machine.bodies or schematic_bodies(
         machine, radius=max(0.75 * part_box.size, 40.0), nose_height=tool_height
     )
-    assumed = _assumed(machine, path, surroundings or Surroundings(), standing)
+    assumed = _assumed(machine, path, around, shown.standing)
     add_bodies(recorder, f"{STAGE}/links", machine, (*bodies, *assumed))
-    if isinstance(solution, WholeProgram):
-        for number, tool in enumerate(solution.tools):
-            add_tool(recorder, f"{STAGE}/tool/{number}", tool or UNKNOWN, machine.tool_length)
-    else:
-        add_tool(recorder, f"{STAGE}/tool", path.tool, machine.tool_length)
+    several = shown.sides[0].tool is not None
+    for number, tool in enumerate(shown.tools):
+        node = f"{STAGE}/tool/{number}" if several else f"{STAGE}/tool"
+        add_tool(recorder, node, tool or UNKNOWN, machine.tool_length)
     boxes = [box_corners(part_box.low, part_box.high), *(corners(f.shape) for f in around.fixtures)]
-    extents = _extents(machine, sides, np.vstack(boxes), tool_height, bodies)
+    extents = _extents(machine, shown.sides[0], np.vstack(boxes), tool_height, bodies)
     _set_stage(recorder, max(own, part_box.size))
-    return Scene(
-        extents=extents,
-        has_part=mesh is not None,
-        has_numbers=model is not None,
-        has_stock=around.stock is not None,
-        has_marks=marked,
-        cuts_stock=around.blank is not None,
-        is_schematic=not machine.bodies,
-        assumed=tuple(body.assumed for body in assumed),
-        fixtures=tuple(fixture.name for fixture in around.fixtures),
-    )
+    return Scene(extents, model is not None, marked, tuple(body.assumed for body in assumed))
 
 
 def _assumed(
@@ -193,11 +145,11 @@ def _assumed(
 
 
 def _extents(
-    machine: Machine, sides: Sequence[Side], points: Array, tool_height: float, bodies: Sequence[Body]
+    machine: Machine, side: Side, points: Array, tool_height: float, bodies: Sequence[Body]
 ) -> dict[str, Extent]:
     """Return what is in view in either frame; points, (p, 3) mm, are those of part and fixtures."""
-    shown = sides[0].on_path & sides[0].motion.cutting
-    positions = sides[0].motion.positions[shown if shown.any() else sides[0].on_path]
+    shown = side.on_path & side.motion.cutting
+    positions = side.motion.positions[shown if shown.any() else side.on_path]
     rows = np.unique(np.linspace(0, len(positions) - 1, LOOKED_AT).astype(np.int64))
     tip, axis = tool_poses(machine, positions[rows])
     tool = np.stack([tip, tip + tool_height * axis], axis=1)
@@ -227,29 +179,6 @@ def _set_stage(recorder: Recorder, size: float) -> None:
     triad, look = segments(ends, np.array(TRIAD_COLOURS)), {"vertexColors": BY_VERTEX}
     place = f"{STAGE}/workpiece/zero"
     recorder.add(place, "zero", triad, look, kind="LineSegments", material="LineBasicMaterial")
-
-
-def gather(
-    part: MeshSource | None, surroundings: Surroundings | None, cad: CadFile = CadFile()
-) -> tuple[Mesh | None, Surroundings]:
-    """Return the part to show, and the surroundings without it.
-
-    Parameters
-    ----------
-    part : mesh in mm, or its file; takes precedence over that of the surroundings
-    surroundings : of the job
-    cad : how a file of the part is taken
-
-    Raises
-    ------
-    MeshError
-        The part can't be read.
-    """
-    around = surroundings or Surroundings()
-    shown = around.part if part is None else part
-    if isinstance(shown, str | Path):
-        shown = load_mesh(shown, allow_open=True, mesh_tolerance=cad.mesh_tolerance, body=cad.body)
-    return None if shown is None else Mesh.of(shown), replace(around, part=None)
 
 
 def add_part(recorder: Recorder, root: str, mesh: Mesh) -> None:

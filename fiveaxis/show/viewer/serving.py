@@ -5,21 +5,17 @@ from __future__ import annotations
 import logging
 import sys
 import webbrowser
-from collections.abc import Sequence
+from dataclasses import dataclass
 from html import escape
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from threading import Thread
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from fiveaxis.base import CadFile, Finding, MeshSource, SettingError
+from fiveaxis.base import SettingError, keywords_of
 from fiveaxis.posture import Optimum
-from fiveaxis.show.viewer.moves import ShownProgram
 from fiveaxis.show.viewer.page import render_page
-from fiveaxis.show.viewer.whole import WholeProgram
-
-if TYPE_CHECKING:
-    from fiveaxis.check import Surroundings
+from fiveaxis.show.viewer.shown import Beside, WholeProgram
 
 logger = logging.getLogger(__name__)
 
@@ -124,17 +120,16 @@ class Preview:
         self.close()
 
 
-def preview(
-    solution: Optimum | WholeProgram,
-    *,
-    program: ShownProgram | None = None,
-    part: MeshSource | None = None,
-    surroundings: Surroundings | None = None,
-    findings: Sequence[Finding] = (),
-    open_browser: bool | None = None,
-    port: int = 0,
-    cad: CadFile = CadFile(),
-) -> Preview:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Previewing(Beside):
+    """All that `preview` takes as keywords."""
+
+    open_browser: bool | None = None
+    port: int = 0
+
+
+@keywords_of(Previewing)
+def preview(solution: Optimum | WholeProgram, given: Previewing) -> Preview:
     """Show a solution in a browser on this computer, or inline in a notebook.
 
     Returns at once; the page is served while the program runs. ``preview(solution).wait()`` serves until
@@ -154,12 +149,10 @@ def preview(
     SettingError
         The port is taken; neither a solution nor a program, as `show_program` returns it.
     """
-    page = render_page(
-        solution, program=program, part=part, surroundings=surroundings, findings=findings, cad=cad
-    )
-    shown = Preview(page, port)
+    page = render_page(solution, given)
+    shown = Preview(page, given.port)
     logger.info("%d kB at %s", len(page) // 1000, shown.url())
-    if not in_notebook() if open_browser is None else open_browser:
+    if not in_notebook() if given.open_browser is None else given.open_browser:
         webbrowser.open(shown.url())
     return shown
 

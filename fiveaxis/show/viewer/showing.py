@@ -43,7 +43,7 @@ from fiveaxis.nc import (
     operation_readings,
     set_up_as_stated,
 )
-from fiveaxis.show.viewer.whole import ShownOperation, WholeProgram
+from fiveaxis.show.viewer.shown import ShownOperation, WholeProgram
 
 # What is said of `ReadMotion.on_part`.
 AT_PART = (
@@ -148,7 +148,7 @@ def show_operations(
     table = max(standings, key=lambda each: each.height, default=None)
     # Nothing is cut here.
     around = replace(around, blank=None)
-    return WholeProgram.of(source.name, machine, source.lines, parts, around, table, tuple(assumed))
+    return WholeProgram.of(source, machine, parts, around, table, tuple(assumed))
 
 
 def _tools(given: Tool | str | None) -> dict[str, Tool]:

@@ -10,6 +10,7 @@ from fiveaxis.job import load_surroundings, make_job, resolve, run_job
 from fiveaxis.model import parse_tool
 from fiveaxis.nc import write_toolpath
 from fiveaxis.show.viewer.page import render_page
+from fiveaxis.show.viewer.shown import Beside
 
 TOOL = """shape = "ball"
 diameter = 8
@@ -102,7 +103,7 @@ def test_the_search_keeps_clear_of_a_table_that_is_stated(folder):
 
 def test_what_is_assumed_is_drawn_and_said_to_be(stated):
     solution = stated.solution
-    page = render_page(solution, program=stated.program, surroundings=solution.surroundings)
+    page = render_page(solution, Beside(program=stated.program, surroundings=solution.surroundings))
     assert "Brown-red: assumed spindle nose and assumed table, checked in place of [[bodies]]." in page
 
 

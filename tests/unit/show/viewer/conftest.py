@@ -23,6 +23,7 @@ from fiveaxis.model import (
 )
 from fiveaxis.posture.solution import Baseline, Optimum
 from fiveaxis.show.viewer.page import render_page
+from fiveaxis.show.viewer.shown import Beside
 
 N = 240
 RESOLUTION = 1.0  # mm, of the stock
@@ -95,4 +96,4 @@ def cut_program(solution, stocked):
 
 @pytest.fixture(scope="session")
 def stock_page(solution, stocked, cut_program) -> str:
-    return render_page(solution, program=cut_program, surroundings=stocked)
+    return render_page(solution, Beside(program=cut_program, surroundings=stocked))

@@ -9,10 +9,10 @@ import umsgpack
 
 from fiveaxis.base.errors import MeshError
 from fiveaxis.model import Body, Box, Cylinder, MeshShape
-from fiveaxis.show.viewer.moves import choose_sides
 from fiveaxis.show.viewer.page import render_page
 from fiveaxis.show.viewer.recorder import Recorder
 from fiveaxis.show.viewer.scene import MOST_TRIANGLES, build_scene
+from fiveaxis.show.viewer.shown import Beside, shown_of
 
 NODE = "/meshcat/fiveaxis/stage/links"
 DIRECTION = (0.6, 0.0, 0.8)
@@ -35,9 +35,9 @@ def furnished(solution):
     return with_bodies(solution, *BODIES)
 
 
-def commands_of(solution, part=None) -> list[dict]:
+def commands_of(solution) -> list[dict]:
     recorder = Recorder()
-    build_scene(recorder, solution, choose_sides(solution), part)
+    build_scene(recorder, shown_of(solution, Beside()))
     return [umsgpack.unpackb(c) for c in recorder.commands]
 
 

@@ -9,6 +9,7 @@ from support.stock_on_page import surface, unpacked
 
 from fiveaxis.job import load_surroundings, read_job, run_job, write_outcome
 from fiveaxis.show.viewer.page import render_page
+from fiveaxis.show.viewer.shown import Beside
 
 JOB = """
 input = "arc.csv"
@@ -89,7 +90,7 @@ def test_a_jobs_preview_shows_stock_fixtures_and_findings(tmp_path):
     around, findings = load_surroundings(outcome.job), outcome.verdict.findings
     assert findings, "the holder comes nearer to the stock than its clearance"
     assert page == render_page(
-        outcome.solution, program=outcome.program, surroundings=around, findings=findings
+        outcome.solution, Beside(program=outcome.program, surroundings=around, findings=findings)
     )
     assert "fixtures: left &lt;clamp&gt;" in page
     assert 'data-node="workpiece/stock"' in page

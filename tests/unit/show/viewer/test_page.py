@@ -19,6 +19,7 @@ from fiveaxis.model import Body, MeshShape, Tool, Toolpath, follow, motion_energ
 from fiveaxis.posture.solution import Baseline, Optimum
 from fiveaxis.show import write_preview
 from fiveaxis.show.viewer.page import render_page
+from fiveaxis.show.viewer.shown import Beside
 
 LARGEST = 15e6  # byte, for 100 000 locations, or 2 000 with a stock that they cut
 
@@ -37,7 +38,7 @@ class Tags(HTMLParser):
 
 @pytest.fixture(scope="module")
 def page(solution, part) -> str:
-    return render_page(solution, part=part)
+    return render_page(solution, Beside(part=part))
 
 
 def test_no_tag_fetches_anything(page):
@@ -59,7 +60,7 @@ def test_no_server_process_and_no_thread_is_left(solution, part, monkeypatch):
 
     monkeypatch.setattr(subprocess, "Popen", refuse)
     before = threading.active_count()
-    render_page(solution, part=part)
+    render_page(solution, Beside(part=part))
     assert threading.active_count() == before
 
 
@@ -71,7 +72,7 @@ def test_names_are_escaped_and_without_their_folder(page):
 
 def test_findings_are_listed_with_their_file_but_not_its_folder(solution):
     finding = Finding(Severity.WARNING, "feed-over", "too quick", Place(7, 12, "/some/folder/a.nc"))
-    page = render_page(solution, findings=[finding])
+    page = render_page(solution, Beside(findings=[finding]))
     entry = re.search(r'<button type="button" class="warning" data-row="([0-9]+)">([^<]*)</button>', page)
     assert entry is not None
     assert int(entry[1]) == 7
@@ -81,7 +82,7 @@ def test_findings_are_listed_with_their_file_but_not_its_folder(solution):
 
 def test_a_finding_of_the_whole_path_is_listed_and_has_no_mark(solution):
     findings = [Finding(Severity.NOTE, "no-engagement", "not known")]
-    page = render_page(solution, findings=findings)
+    page = render_page(solution, Beside(findings=findings))
     assert (
         '<button type="button" class="note">note: no-engagement (1): not known [no-engagement]</button>'
         in page
@@ -91,7 +92,7 @@ def test_a_finding_of_the_whole_path_is_listed_and_has_no_mark(solution):
 
 def test_findings_of_one_cause_are_one_entry_that_leads_to_the_worst(solution):
     findings = [Finding(Severity.WARNING, "feed-over", f"no {i}", Place(i), i % 7) for i in range(150)]
-    page = render_page(solution, findings=findings)
+    page = render_page(solution, Beside(findings=findings))
     (entry,) = re.findall(r'<button type="button" class="warning" data-row="([0-9]+)">([^<]*)<', page)
     assert int(entry[0]) == 6
     assert entry[1].startswith("warning: feed-over (150): no 6, worst at location 6; first at location 0")
@@ -131,7 +132,7 @@ def test_a_hundred_thousand_locations_stay_below_the_largest_page(solution, tmp_
     bodies = tuple(Body(link, MeshShape(tmp_path / "body.stl")) for link in ("C", "A", "bed", "Z", "Z"))
     long = dome_solution(replace(solution.machine, bodies=bodies), 100_000)
     findings = [Finding(Severity.WARNING, "feed-over", f"finding {i}", Place(i)) for i in range(2000)]
-    page = render_page(long, surroundings=Surroundings(part=fine, stock=fine), findings=findings)
+    page = render_page(long, Beside(surroundings=Surroundings(part=fine, stock=fine), findings=findings))
     assert LARGEST / 4 < len(page.encode()) < LARGEST
 
 
@@ -139,7 +140,7 @@ def test_a_hundred_thousand_locations_stay_below_the_largest_page(solution, tmp_
 def test_two_thousand_rough_moves_with_their_stock_stay_below_the_largest_page(solution):
     part = trimesh.creation.icosphere(subdivisions=5, radius=80.0)
     around = Surroundings.of(Workpiece(part=part, stock="part+0.5", stock_resolution=0.5))
-    page = render_page(dome_solution(solution.machine, 2_000), surroundings=around)
+    page = render_page(dome_solution(solution.machine, 2_000), Beside(surroundings=around))
     assert len(page.encode()) < LARGEST
 
 

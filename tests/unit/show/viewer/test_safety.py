@@ -16,6 +16,7 @@ from fiveaxis.base.findings import Finding, Place, Severity
 from fiveaxis.check import Fixture, Surroundings
 from fiveaxis.model import Box
 from fiveaxis.show.viewer.page import render_page
+from fiveaxis.show.viewer.shown import Beside
 
 NASTY = "</script><script>alert(1)</script><img src=x onerror=\"alert('2')\">"
 # They run what they read.
@@ -32,7 +33,7 @@ def page(solution, part) -> str:
     shown = replace(solution, toolpath=path, machine=machine)
     around = Surroundings(part=part, fixtures=(Fixture(NASTY, Box((5.0, 5.0, 5.0), (80.0, 0.0, 0.0))),))
     finding = Finding(Severity.ERROR, NASTY, NASTY, Place(3, 4, NASTY))
-    return render_page(shown, surroundings=around, findings=[finding])
+    return render_page(shown, Beside(surroundings=around, findings=[finding]))
 
 
 class Tags(HTMLParser):

@@ -12,9 +12,10 @@ from fiveaxis.cam import Mesh
 from fiveaxis.check import Fixture, Surroundings
 from fiveaxis.model import Box, Cylinder, MoveKind, Tool, parse_tool, tool_poses
 from fiveaxis.model.toolpath.tool import Holder, Section
-from fiveaxis.show.viewer.moves import LIFT, choose_sides, shown_points
+from fiveaxis.show.viewer.moves import LIFT, shown_points
 from fiveaxis.show.viewer.recorder import Recorder
 from fiveaxis.show.viewer.scene import FIXTURE_COLOUR, PART_COLOUR, STOCK_COLOUR, build_scene, tool_outlines
+from fiveaxis.show.viewer.shown import Beside, shown_of
 from fiveaxis.show.viewer.solids import scatter_marks
 
 # mm: single precision, as used by browsers, up to a metre away.
@@ -25,7 +26,7 @@ ROOT = "/meshcat/fiveaxis/stage/"
 def scene(solution, part=None) -> tuple[dict[str, dict], list[dict]]:
     """Objects by path, and all commands."""
     recorder = Recorder()
-    build_scene(recorder, solution, choose_sides(solution), part)
+    build_scene(recorder, shown_of(solution, Beside(part=part)))
     commands = [umsgpack.unpackb(c) for c in recorder.commands]
     return {c["path"]: c["object"] for c in commands if c["type"] == "set_object"}, commands
 
@@ -90,7 +91,7 @@ def test_marks_are_one_object_per_severity_at_the_findings_locations(solution):
     ]
     lost = [Finding(Severity.NOTE, "code", "said", Place(row)) for row in (None, -1, 10_000)]
     recorder = Recorder()
-    build_scene(recorder, solution, choose_sides(solution), findings=[*findings, *lost])
+    build_scene(recorder, shown_of(solution, Beside(findings=[*findings, *lost])))
     commands = [umsgpack.unpackb(c) for c in recorder.commands]
     marks = {c["path"]: c["object"] for c in commands if "/marks/" in c["path"]}
     assert set(marks) == {f"{ROOT}workpiece/marks/{name}" for name in locations}
@@ -118,8 +119,7 @@ def test_part_stock_and_fixtures_have_their_colours_and_poses(solution, part):
         fixtures=(Fixture("a/b", Box((1.0, 2.0, 3.0), (60.0, 0, 0))), Fixture("post", post)),
     )
     recorder = Recorder()
-    built = build_scene(recorder, solution, choose_sides(solution), surroundings=around)
-    assert built.fixtures == ("a/b", "post")
+    build_scene(recorder, shown_of(solution, Beside(surroundings=around)))
     commands = [umsgpack.unpackb(c) for c in recorder.commands]
     root = f"{ROOT}workpiece/"
     objects = {c["path"]: c["object"] for c in commands if c["type"] == "set_object"}
@@ -136,7 +136,7 @@ def test_the_first_view_holds_fixtures_and_the_whole_tool(solution, part):
     long = replace(solution, toolpath=replace(solution.toolpath, tool=Tool.ball(10, holder=HOLDER)))
     around = Surroundings(fixtures=(Fixture("post", post),))
     recorder = Recorder()
-    extents = build_scene(recorder, long, choose_sides(long), part, surroundings=around).extents
+    extents = build_scene(recorder, shown_of(long, Beside(part=part, surroundings=around))).extents
     box = extents["part"]
     assert box.high[1] >= 95.0
     assert box.low[2] <= -15.0

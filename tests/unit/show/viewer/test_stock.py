@@ -13,6 +13,7 @@ from fiveaxis.check import Surroundings
 from fiveaxis.check.stock.colouring import FINISHED, LEFT, UNCUT
 from fiveaxis.model import tool_poses
 from fiveaxis.show.viewer.page import render_page
+from fiveaxis.show.viewer.shown import Beside
 
 RESOLUTION = 1.0  # mm
 
@@ -64,22 +65,22 @@ def test_the_map_has_the_tolerance_of_the_stock(solution, part, cut_program):
     around = Surroundings.of(
         Workpiece(part=part, stock="part+2", stock_resolution=RESOLUTION, stock_tolerance=0.2)
     )
-    page = render_page(solution, program=cut_program, surroundings=around)
+    page = render_page(solution, Beside(program=cut_program, surroundings=around))
     assert "within 0.2 mm of the part" in page
     assert "dark from 2 mm" in page
 
 
 def test_without_a_verified_program_the_stock_is_cut_and_has_no_map(solution, stocked):
-    page = render_page(solution, surroundings=stocked)
+    page = render_page(solution, Beside(surroundings=stocked))
     head, arrays = unpacked(page)
     assert surface(head, arrays, 2000).volume < surface(head, arrays, 0).volume
     assert 'id="map"' not in page
-    assert render_page(solution, surroundings=stocked) == page
+    assert render_page(solution, Beside(surroundings=stocked)) == page
 
 
 def test_a_stock_that_isnt_cut_is_shown_as_before(solution, part):
     around = Surroundings(part=part, stock=trimesh.creation.box(extents=(100.0, 100.0, 40.0)))
-    head, _ = unpacked(render_page(replace(solution, compared={}), surroundings=around))
+    head, _ = unpacked(render_page(replace(solution, compared={}), Beside(surroundings=around)))
     assert "stock" not in head
 
 
