@@ -357,8 +357,8 @@ def _print_outcome(outcome: Outcome) -> None:
     _print_answer(answers.next)
     if outcome.setup_search is not None:
         _print_setup(outcome.setup_search)
-    if outcome.front_programs is not None:
-        _print_front(outcome.front_programs)
+    if outcome.front is not None:
+        _print_front(outcome.front)
     if is_verbose():
         _print_details(outcome)
 
@@ -463,7 +463,7 @@ def _print_front(front: FrontPrograms) -> None:
     """Print the solutions from the cheapest program to the fastest or steadiest one."""
     from fiveaxis.posture import RESULT
 
-    based = any(each.point.energy.with_base is not None for each in front.points)
+    based = front.with_base
     slower = any(each.point.slowest < 1.0 for each in front.points)
     heads = ["number", "J", *["with base J"] * based, "program s", "bends rad²", "deg/mm"]
     heads += [*["least feed"] * slower, "program", ""]
@@ -471,9 +471,9 @@ def _print_front(front: FrontPrograms) -> None:
     for each in front.points:
         table.add_row(
             str(each.number),
-            f"{each.energy:.1f}",
+            f"{each.point.energy.total:.1f}",
             *["" if each.point.energy.with_base is None else f"{each.point.energy.with_base:.1f}"] * based,
-            f"{each.time:.1f}",
+            f"{each.point.energy.time:.1f}",
             f"{each.point.bend:.4f}",
             f"{math.degrees(each.point.steepest):.2f}",
             *[f"{each.point.slowest:.2f}"] * slower,

@@ -62,9 +62,8 @@ class Outcome:
     budget : energy of the whole job
     inputs : the files that the run read, of `describe_inputs`
     cleared : what kept the solution clear of collisions
-    front, members : of a job that asks for a front, whose pick this is: the solutions between the cheapest
-        path and the steadiest, or the fastest, and the outcome of each, in its order
-    front_programs : what the report says of them
+    front, members : of a job that asks for a front, whose pick this is: what the report says of the programs
+        from the cheapest to the steadiest, or the fastest, and the outcome of each, in its order
     setup_search : what the report says of the search for the setup
     chosen : of all that was found for an operation that is revised; None for a program of its own
     scallop : mm, the highest ridge that was asked for and as the cutter leans; None where none was asked for,
@@ -77,9 +76,8 @@ class Outcome:
     budget: Budget
     inputs: Sequence[InputFile]
     cleared: Cleared | None = None
-    front: Front | None = None
+    front: FrontPrograms | None = None
     members: tuple[Outcome, ...] = ()
-    front_programs: FrontPrograms | None = None
     setup_search: SetupSearched | None = None
     chosen: Chosen | None = None
     scallop: tuple[float, float] | None = None
@@ -102,7 +100,7 @@ class Outcome:
             part_size=None if self.part_size is None else tuple(self.part_size.round(6).tolist()),
             scallop=self.scallop,
             setup_search=self.setup_search,
-            front=self.front_programs,
+            front=self.front,
             edge_use=_edge_use(self.solution, self.job.bounds.spindle_speed) if self.job.edge_use else None,
             trades=() if self.chosen is None else self.chosen.comparison.trades,
             replaced_for=() if self.chosen is None else self.chosen.comparison.faults,
@@ -250,20 +248,13 @@ def _picked(job: Job, front: Front, outcomes: Sequence[Outcome]) -> Outcome:
     objective = job.search.objective
     kept = undominated([point.figures(point.energy, objective) for point in delivered])
     members = tuple(outcomes[able[k]] for k in kept)
-    points = tuple(delivered[k] for k in kept)
-    dominated = front.dominated + len(outcomes) - len(members)
-    solutions = [front.solutions[able[k]] for k in kept]
     programs = tuple(
-        FrontProgram(point, number, point.energy.total, point.energy.time, made.gate.is_open)
-        for number, (point, made) in enumerate(zip(points, members, strict=True), start=1)
+        FrontProgram(delivered[k], number, made.gate.is_open)
+        for number, (k, made) in enumerate(zip(kept, members, strict=True), start=1)
     )
     picked = min(job.pick or 1, len(members))
-    return replace(
-        members[picked - 1],
-        front=Front(points, dominated, tuple(solutions)),
-        members=members,
-        front_programs=FrontPrograms(programs, dominated, picked),
-    )
+    dominated = front.dominated + len(outcomes) - len(members)
+    return replace(members[picked - 1], front=FrontPrograms(programs, dominated, picked), members=members)
 
 
 def _edge_use(solution: Optimum, rpm: float | None) -> EdgeUse:

@@ -159,22 +159,19 @@ class FrontProgram:
 
     Parameters
     ----------
-    point : the solution
+    point : the solution, with the energy of the program
     number : in the front, from 1
-    energy, time : J and s, of the program
     released : whether nothing kept it back
     """
 
     point: FrontPoint
     number: int
-    energy: float
-    time: float
     released: bool
 
     def as_dict(self) -> dict[str, Any]:
         """Return the figures as plain data for JSON."""
-        own = {"number": self.number, "program_time_s": self.time, "released": self.released}
-        return self.point.as_dict() | {"energy_J": self.energy} | own
+        own = {"number": self.number, "program_time_s": self.point.energy.time, "released": self.released}
+        return self.point.as_dict() | own
 
 
 @dataclass(frozen=True)
@@ -196,6 +193,16 @@ class FrontPrograms:
     def by_time(self) -> bool:
         """Whether the control's clock is known, so that time is what the programs are compared by."""
         return all(each.point.energy.timing == "accelerations" for each in self.points)
+
+    @property
+    def costs(self) -> str:
+        """What costs energy."""
+        return "time" if self.by_time else "steadiness"
+
+    @property
+    def with_base(self) -> bool:
+        """Whether energies with base power are known."""
+        return any(each.point.energy.with_base is not None for each in self.points)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the programs as plain data for JSON."""

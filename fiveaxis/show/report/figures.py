@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,9 +16,7 @@ from fiveaxis.show.report.chart import (
     BEFORE,
     BELOW,
     LEFT,
-    RIGHT,
     TOP,
-    WIDTH,
     Panel,
     Range,
     heading,
@@ -27,6 +25,7 @@ from fiveaxis.show.report.chart import (
     thin_rows,
     widened,
 )
+from fiveaxis.show.report.facts import FrontPrograms
 from fiveaxis.show.report.words import number
 
 LOCATION_LABEL = "location along the path (row, from 0)"
@@ -82,26 +81,20 @@ def spending_lines(solution: Optimum, baseline: str | None) -> str:
 def axis_lines(solution: Optimum, baseline: str | None) -> str:
     """Draw every axis and the tilt along the path, before and after, one band each."""
     machine, series = solution.machine, series_of(solution, baseline)
-    shown = []
-    for name in series:
-        motion = solution.timed(name)
-        shown.append([*machine.shown(motion.positions).T, tilts_shown(solution, name)])
-    tilts, end = np.degrees([solution.tilt.low, solution.tilt.high]), len(solution.toolpath) - 1
+    rows = {
+        name: [*machine.shown(solution.timed(name).positions).T, tilts_shown(solution, name)]
+        for name in series
+    }
     names = [*(f"{axis.letter} ({axis.unit})" for axis in machine.axes), "tilt (deg)"]
+    bounds: list[Sequence[float]] = [()] * len(machine.axes)
+    bounds.append(np.degrees([solution.tilt.low, solution.tilt.high]).tolist())
+    end = len(solution.toolpath) - 1
+
+    def draw(panel: Panel, name: str, values: Array) -> str:
+        return thinned_line(panel, end, values, series[name], name)
+
     title = "Axis values and tilt along the path"
-    parts = [heading(series, title)]
-    for k, label in enumerate(names):
-        values = [columns[k] for columns in shown]
-        last = label == names[-1]
-        panel = band(k, along(solution), widened(*values, *([tilts] if last else [])))
-        drawn = [panel.frame(label, LOCATION_LABEL if last else "")]
-        drawn += [panel.level(float(tilt)) for tilt in tilts] if last else []
-        drawn += [
-            thinned_line(panel, end, v, colour, name)
-            for v, (name, colour) in zip(values, series.items(), strict=True)
-        ]
-        parts.append(panel.group(label, drawn))
-    return svg(panel.bottom + BELOW, parts, _line_chart(title, series), PATH)
+    return _bands(title, series, (LOCATION_LABEL, PATH), along(solution), names, rows, draw, bounds)
 
 
 def speed_lines(solution: Optimum, baseline: str | None) -> str:
@@ -120,14 +113,16 @@ def speed_lines(solution: Optimum, baseline: str | None) -> str:
     bounds = [
         _highest(axis, widened(*(rows[k] for rows in speeds.values()))) for k, axis in enumerate(machine.axes)
     ]
-    return _bands(solution, baseline, "Speed of every axis, mean over each move", names, speeds, bounds)
+    title = "Speed of every axis, mean over each move"
+    return _over_time(title, series_of(solution, baseline), names, speeds, _ends(solution, speeds), bounds)
 
 
 def power_lines(solution: Optimum, baseline: str | None) -> str:
     """Draw the power of every feed drive over time, at the mean speed of each move, and their sum."""
     powers = {name: drive_powers(solution, name) for name in series_of(solution, baseline)}
     names = [f"{letter} (W)" for letter in (*solution.machine.letters, "all")]
-    return _bands(solution, baseline, "Power of the feed drives", names, powers, [()] * len(names))
+    series = series_of(solution, baseline)
+    return _over_time("Power of the feed drives", series, names, powers, _ends(solution, powers))
 
 
 def cut_lines(course: CutCourse) -> str:
@@ -135,17 +130,8 @@ def cut_lines(course: CutCourse) -> str:
     values = {"removal (mm³/s)": course.rate}
     if course.power is not None:
         values["cut (W)"] = course.power
-    title, x = "What is cut of the stock", widened(np.array([0.0]), course.ends, margin=0.01)
-    parts = [heading({RESULT: AFTER}, title)]
-    for k, (label, rows) in enumerate(values.items()):
-        panel = band(k, x, widened(np.array([0.0]), rows))
-        kept = thin_rows(rows, STEP_BUCKETS)
-        drawn = [
-            panel.frame(label, TIME_LABEL if k == len(values) - 1 else ""),
-            panel.steps(course.ends[kept], rows[kept], AFTER, 1.0, RESULT),
-        ]
-        parts.append(panel.group(label, drawn))
-    return svg(panel.bottom + BELOW, parts, _line_chart(title, {RESULT: AFTER}), TIME)
+    rows, ends = {RESULT: list(values.values())}, {RESULT: course.ends}
+    return _over_time("What is cut of the stock", {RESULT: AFTER}, list(values), rows, ends)
 
 
 def drive_powers(solution: Optimum, name: str) -> Array:
@@ -163,64 +149,79 @@ def mean_speeds(motion: Motion) -> Array:
     return np.where(timed[:, None], motion.moves / np.where(timed, motion.time, 1.0)[:, None], 0.0)
 
 
-def front_chart(
-    energy: Array,
-    label: str,
-    measures: Mapping[str, Array],
-    names: Sequence[str],
-    picked: int | None = None,
-    title: str = "What steadiness costs",
-) -> str:
-    """Draw the solutions of a front, (n,), over what they cost energy for, side by side.
+def front_chart(front: FrontPrograms) -> str:
+    """Draw the programs of a front by their numbers, over what they cost energy for."""
+    energies = [each.point.energy for each in front.points]
+    based = front.with_base
+    energy = np.array([e.total if e.with_base is None else e.with_base for e in energies])
+    over, values = "bends Σ‖Δρ‖² (rad²)", np.array([each.point.bend for each in front.points])
+    if front.by_time:
+        over, values = "run time on the control’s clock (s)", np.array([e.time for e in energies])
+    panel = Panel(TOP, 150.0, widened(values), widened(energy, margin=0.1))
+    parts = [
+        text(f"What {front.costs} costs{'' if based else ' (feed drives only)'}", LEFT, 12.0, bold=True),
+        *(panel.frame("energy (J)", over), panel.line(values, energy, AFTER, 1.0)),
+    ]
+    for each, x, y in zip(front.points, panel.across(values), panel.down(energy), strict=True):
+        size = 5.0 if each.number == front.picked else 3.0
+        parts.append(f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{size:g}" fill="{AFTER}"/>')
+        parts.append(text(str(each.number), float(x) + 6.0, float(y) - 5.0))
+    return svg(panel.bottom + BELOW, parts, f"Line chart: energy over {over}, one point for each solution")
 
-    Parameters
-    ----------
-    energy, label : J, and what it is
-    measures : by what they are
-    names : of the solutions, shown beside their marks
-    picked : the solution with a larger mark
-    """
-    share = WIDTH / len(measures)
-    parts = [text(title, LEFT, 12.0, bold=True)]
-    for k, (what, values) in enumerate(measures.items()):
-        x, y = widened(values), widened(energy, margin=0.1)
-        panel = Panel(TOP, 150.0, x, y, share - LEFT - RIGHT, LEFT + k * share)
-        parts += [panel.frame(label, what), panel.line(values, energy, AFTER, 1.0)]
-        for i, name in enumerate(names):
-            across, down = float(panel.across(values[i])), float(panel.down(energy[i]))
-            size = 5.0 if i == picked else 3.0
-            parts.append(f'<circle cx="{across:.2f}" cy="{down:.2f}" r="{size:g}" fill="{AFTER}"/>')
-            parts.append(text(name, across + 6.0, down - 5.0))
-    words = f"Line chart: energy over {' and '.join(measures)}, one point for each solution"
-    return svg(TOP + 150.0 + BELOW, parts, words)
+
+def _ends(solution: Optimum, names: Iterable[str]) -> dict[str, Array]:
+    """Return when each move of programs ends, (n,) s."""
+    return {name: np.cumsum(solution.timed(name).time) for name in names}
+
+
+def _over_time(
+    title: str,
+    series: Mapping[str, str],
+    names: Sequence[str],
+    values: Mapping[str, Sequence[Array] | Array],
+    ends: Mapping[str, Array],
+    bounds: Sequence[Sequence[float]] = (),
+) -> str:
+    """Draw values that hold for the whole move that ends at a row, one band per name."""
+
+    def draw(panel: Panel, name: str, rows: Array) -> str:
+        kept = thin_rows(rows, STEP_BUCKETS)
+        width = 1.0 if series[name] == AFTER else 2.0
+        return panel.steps(ends[name][kept], rows[kept], series[name], width, name)
+
+    x = widened(np.array([0.0]), *ends.values(), margin=0.01)
+    return _bands(title, series, (TIME_LABEL, TIME), x, names, values, draw, bounds or [()] * len(names))
 
 
 def _bands(
-    solution: Optimum,
-    baseline: str | None,
     title: str,
-    names: list[str],
-    values: dict[str, Array],
-    bounds: list[tuple[float, ...]],
+    series: Mapping[str, str],
+    over: tuple[str, str],
+    x: Range,
+    names: Sequence[str],
+    values: Mapping[str, Sequence[Array] | Array],
+    draw: Callable[[Panel, str, Array], str],
+    bounds: Sequence[Sequence[float]],
 ) -> str:
-    """Draw values that hold for the whole move that ends at a row, one band per name."""
-    series = series_of(solution, baseline)
-    ends = {name: np.cumsum(solution.timed(name).time) for name in series}
-    x = widened(np.array([0.0]), *ends.values(), margin=0.01)
+    """Draw bands of lines below each other, each with its bounds dotted.
+
+    Parameters
+    ----------
+    over : label of the common x axis, and what the page's script calls it
+    values : of each line of the series, one after the other by `names`
+    """
     parts = [heading(series, title)]
     for k, label in enumerate(names):
-        panel = band(k, x, widened(*(rows[k] for rows in values.values()), np.array(bounds[k])))
-        drawn = [panel.frame(label, TIME_LABEL if k == len(names) - 1 else "")]
+        lines = {name: rows[k] for name, rows in values.items()}
+        panel = band(k, x, widened(*lines.values(), np.array(bounds[k])))
+        drawn = [panel.frame(label, over[0] if k == len(names) - 1 else "")]
         drawn += [panel.level(bound) for bound in bounds[k]]
-        for name, colour in series.items():
-            rows = thin_rows(values[name][k], STEP_BUCKETS)
-            width = 1.0 if colour == AFTER else 2.0
-            drawn.append(panel.steps(ends[name][rows], values[name][k][rows], colour, width, name))
+        drawn += [draw(panel, name, rows) for name, rows in lines.items()]
         parts.append(panel.group(label, drawn))
-    return svg(panel.bottom + BELOW, parts, _line_chart(title, series), TIME)
+    return svg(panel.bottom + BELOW, parts, _line_chart(title, series), over[1])
 
 
-def _line_chart(title: str, series: dict[str, str]) -> str:
+def _line_chart(title: str, series: Mapping[str, str]) -> str:
     return f"Line chart: {title}, {' and '.join(series)}"
 
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fiveaxis.base import Array, HasColumns, SettingError, columns_text, require_suffix, write_atomically
+from fiveaxis.base import Array, HasColumns, columns_text, require_suffix, write_atomically
 from fiveaxis.show.report.chart import (
     AFTER,
     BEFORE,
@@ -39,7 +39,7 @@ from fiveaxis.show.report.words import MINUS
 if TYPE_CHECKING:
     from fiveaxis.lab import Calibration, RunEnergy
     from fiveaxis.model import Energy
-    from fiveaxis.posture import Front
+    from fiveaxis.show.report.facts import FrontPrograms
 
 NAMESPACE = "http://www.w3.org/2000/svg"
 FORMATS = (".svg", ".html")
@@ -236,31 +236,15 @@ def _shorten(name: str) -> str:
     return name if len(name) <= LONGEST else f"{name[: LONGEST - 1]}…"
 
 
-def write_front_figure(front: Front, path: str | Path) -> Path:
-    """Draw a front as a file.
-
-    Parameters
-    ----------
-    front : of `find_front`
-    path : .svg or .html, replaced in one step
+def write_front_figure(front: FrontPrograms, path: str | Path) -> Path:
+    """Draw the programs of a front as a file, .svg or .html, replaced in one step.
 
     Raises
     ------
     SettingError
-        The suffix is another one, the front has no points, or the file can't be written.
+        The suffix is another one, or the file can't be written.
     """
-    if not front.points:
-        raise SettingError("the front has no points; there is nothing to draw")
-    energy = np.array([point.energy.total for point in front.points])
-    bend = np.array([point.bend for point in front.points])
-    steepest = np.degrees([point.steepest for point in front.points])
-    measures = {"bends Σ‖Δρ‖² (rad²)": bend, "largest turn along the path (deg/mm)": steepest}
-    last, title = "smoothest", "What steadiness costs"
-    if all(point.energy.timing == "accelerations" for point in front.points):
-        measures = {"run time on the control’s clock (s)": np.array([p.energy.time for p in front.points])}
-        last, title = "fastest", "What time costs"
-    ends = ["cheapest", *[""] * (len(energy) - 2), last][: len(energy)]
-    return write_figure(front_chart(energy, SPENT, measures, ends, title=title), path, "Front of solutions")
+    return write_figure(front_chart(front), path, "Front of solutions")
 
 
 def write_program_figure(

@@ -220,7 +220,7 @@ def front_section(front: FrontPrograms | None) -> str:
     """List and draw the solutions of a front; empty without a front."""
     if front is None:
         return ""
-    based = any(each.point.energy.with_base is not None for each in front.points)
+    based = front.with_base
     slower = any(each.point.slowest < 1.0 for each in front.points)
     heads = (
         "#number",
@@ -235,9 +235,9 @@ def front_section(front: FrontPrograms | None) -> str:
     rows = [
         (
             str(each.number),
-            number(each.energy, 1),
+            number(each.point.energy.total, 1),
             *[number(each.point.energy.with_base, 1)] * based,
-            number(each.time, 1),
+            number(each.point.energy.time, 1),
             number(each.point.bend, 4),
             number(math.degrees(each.point.steepest), 2),
             *[number(each.point.slowest, 2)] * slower,
@@ -250,25 +250,12 @@ def front_section(front: FrontPrograms | None) -> str:
         "and underwent the same verification. Dominated solutions, which one of these beats in every figure, "
         f"and programs that were kept back are left out: {front.dominated}."
     )
-    what = "time" if front.by_time else "steadiness"
     return (
-        f"<section>\n<h2>Energy against {what}</h2>\n"
+        f"<section>\n<h2>Energy against {front.costs}</h2>\n"
         f"{scroll(table(heads, rows, 'Solutions of the front'))}\n<p>{escape(text)}</p>\n"
-        f"<figure>\n{_front_chart(front, what)}\n<figcaption>What {what} costs: each solution by its number"
+        f"<figure>\n{front_chart(front)}\n<figcaption>What {front.costs} costs: each solution by its number"
         f"{'' if based else '; feed drives only'}.</figcaption>\n</figure>\n</section>"
     )
-
-
-def _front_chart(front: FrontPrograms, what: str) -> str:
-    energies = [
-        e.energy if e.point.energy.with_base is None else e.point.energy.with_base for e in front.points
-    ]
-    over = {"bends Σ‖Δρ‖² (rad²)": np.array([each.point.bend for each in front.points])}
-    if front.by_time:
-        over = {"run time on the control’s clock (s)": np.array([each.time for each in front.points])}
-    names = [str(each.number) for each in front.points]
-    title = f"What {what} costs"
-    return front_chart(np.array(energies), "energy (J)", over, names, front.picked - 1, title)
 
 
 def limit_strips(solution: Optimum, baseline: str | None) -> str:

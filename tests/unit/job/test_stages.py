@@ -33,7 +33,7 @@ def outcome(job):
 def test_the_picked_solution_is_the_result(outcome):
     front = outcome.front
     assert len(outcome.members) == len(front.points) >= 2
-    assert outcome.solution.motion is front.solutions[1].motion
+    assert outcome.solution.motion is outcome.members[1].solution.motion
     assert outcome.document["front"]["picked"] == 2
     assert outcome.program is outcome.members[1].program
 
@@ -80,7 +80,7 @@ def test_on_a_known_clock_no_program_of_a_front_beats_another_as_delivered(job):
     assert [time for _, time in figures] == sorted((time for _, time in figures), reverse=True)
     assert len({time for _, time in figures}) == len(figures)
     assert all(one.gate.is_open and one.verdict.ok for one in outcome.members)
-    assert outcome.front_programs.by_time
+    assert outcome.front.by_time
     assert outcome.program is outcome.members[0].program
     told = outcome.document["front"]["points"]
     assert [(p["energy_J"], p["program_time_s"]) for p in told] == figures

@@ -34,8 +34,8 @@ def test_the_difference_of_the_two_measures_has_a_true_minus_sign(solution, verd
 def test_a_front_is_drawn_over_the_energy_that_its_table_lists(solution):
     first = FrontPoint(0.0, 0.0, solution.motion, solution.energy, 1.0, bend=0.1, steepest=0.02, fastest=0.1)
     points = (
-        FrontProgram(first, 1, energy=12.0, time=9.0, released=True),
-        FrontProgram(replace(first, bend=0.05), 2, energy=14.0, time=9.0, released=True),
+        FrontProgram(first, 1, released=True),
+        FrontProgram(replace(first, bend=0.05), 2, released=True),
     )
     text = front_section(FrontPrograms(points, dominated=3, picked=1))
     assert ">energy (J)</text>" in text
