@@ -142,13 +142,17 @@ class ProgressReport:
 class Meter:
     """Makes one share of the whole work, which never goes back, and one remaining time out of stages.
 
-    Each report goes to `tell`; the clock is in s.
+    A report goes to `tell` as each stage begins, and then after a pause; clock and pause are in s.
     """
 
     def __init__(
-        self, tell: Callable[[ProgressReport], None], clock: Callable[[], float] = time.monotonic
+        self,
+        tell: Callable[[ProgressReport], None],
+        clock: Callable[[], float] = time.monotonic,
+        pause: float = 0.0,
     ) -> None:
-        self._tell, self._clock, self._began = tell, clock, clock()
+        self._tell, self._clock, self._pause, self._began = tell, clock, pause, clock()
+        self._next = self._began
         self._stage, self._span, self._share = "", (0.0, 0.0), 0.0
 
     def __call__(self, stage: str, done: int, total: int) -> None:
@@ -167,8 +171,10 @@ class Meter:
         elif stage != self._stage:
             # Work of one stage, or one after another of which nobody knows the places.
             self._began = self._clock()
-        self._stage = stage
-        self._tell(ProgressReport(stage, getattr(stage, "id", ""), done, total, own, self._left(own)))
+        now = self._clock()
+        if stage != self._stage or now >= self._next:
+            self._stage, self._next = stage, now + self._pause
+            self._tell(ProgressReport(stage, getattr(stage, "id", ""), done, total, own, self._left(own)))
 
     def _left(self, share: float | None) -> float | None:
         past = self._clock() - self._began

@@ -12,7 +12,6 @@ import os
 import shutil
 import sys
 import threading
-import time
 import traceback
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
@@ -56,9 +55,9 @@ class Teller:
     """Sends messages: stages not too often, results whole."""
 
     def __init__(self, stream: TextIO, folder: str) -> None:
-        self._stream, self._stage, self._sent = stream, "", 0.0
+        self._stream = stream
         self._folders = [json.dumps(f"{folder}{os.sep}{part}{os.sep}")[1:-1] for part in ("given", "made")]
-        self.meter = Meter(self._step)
+        self.meter = Meter(self._step, pause=PAUSE)
 
     def send(self, **message: Any) -> None:
         """Send a message, in which files of the session have their names alone."""
@@ -69,10 +68,7 @@ class Teller:
         self._stream.flush()
 
     def _step(self, report: ProgressReport) -> None:
-        now = time.monotonic()
-        if report.stage != self._stage or now - self._sent > PAUSE:
-            self._stage, self._sent = report.stage, now
-            self.send(stage=report.stage, id=report.id, share=report.share, left=report.left)
+        self.send(stage=report.stage, id=report.id, share=report.share, left=report.left)
 
 
 def machines(_: Ask, _teller: Teller) -> list[dict[str, Any]]:

@@ -18,7 +18,7 @@ from fiveaxis import __version__
 from fiveaxis.base import LostScheduler, MissingDependency, SettingError
 from fiveaxis.job.batch.record import Event, Listener, Row, row_of_fault
 from fiveaxis.job.batch.tasks import QueuedJob
-from fiveaxis.job.batch.worker import Throttle, run_queued
+from fiveaxis.job.batch.worker import run_queued, throttled
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -102,7 +102,7 @@ def run_remotely(task: QueuedJob, folder: str, version: str, topic: str) -> dict
     def tell(stage: str, share: float) -> None:
         worker.log_event(topic, place | {"stage": stage, "share": share})
 
-    return run_queued(task, Path(folder), Throttle(tell)).as_dict()
+    return run_queued(task, Path(folder), throttled(tell)).as_dict()
 
 
 @contextmanager

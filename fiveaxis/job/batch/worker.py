@@ -8,14 +8,13 @@ import os
 import pickle
 import queue
 import threading
-import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from fiveaxis.base import Meter, Progress, ProgressReport, SettingError, resumable
+from fiveaxis.base import Meter, Progress, SettingError, resumable
 from fiveaxis.job.batch.ledger import own_folder
 from fiveaxis.job.batch.record import Row, Status, row_of, row_of_fault
 from fiveaxis.job.batch.tasks import QueuedJob
@@ -72,28 +71,11 @@ def remove_program(folder: Path, name: str) -> None:
         withdraw_programs(own_folder(folder, name))
 
 
-class Throttle:
-    """Passes on a job's progress: each new stage, and its share of the whole job not too often.
-
-    Parameters
-    ----------
-    tell : called with the stage and the share
-    """
-
-    def __init__(self, tell: Callable[[str, float], None]) -> None:
-        self._tell, self._meter = tell, Meter(self._pass_on)
-        self._stage, self._sent = "", 0.0
-        self("starting", 0, 1)
-
-    def __call__(self, stage: str, done: int, total: int) -> None:
-        """Take a step: a `Progress`."""
-        self._meter(stage, done, total)
-
-    def _pass_on(self, report: ProgressReport) -> None:
-        now = time.monotonic()
-        if report.stage != self._stage or now - self._sent >= PAUSE:
-            self._stage, self._sent = report.stage, now
-            self._tell(report.stage, report.share or 0.0)
+def throttled(tell: Callable[[str, float], None]) -> Progress:
+    """Return a progress that tells each new stage of a job, and its share of the whole not too often."""
+    meter = Meter(lambda report: tell(report.stage, report.share or 0.0), pause=PAUSE)
+    meter("starting", 0, 1)
+    return meter
 
 
 def main() -> None:
@@ -107,7 +89,7 @@ def main() -> None:
     threading.Thread(target=_receive, args=(_take_stdin(), tasks), daemon=True).start()
     while True:
         task, folder = tasks.get()
-        progress = Throttle(lambda stage, share: send(stage=stage, share=share))
+        progress = throttled(lambda stage, share: send(stage=stage, share=share))
         send(row=run_queued(task, folder, progress).as_dict())
 
 

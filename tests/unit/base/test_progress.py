@@ -100,3 +100,12 @@ def test_what_is_searched_again_leaves_room_for_what_follows():
         meter(STAGES["search"], 9, 9)
     assert heard[-1].share < STAGES["verify"].begin
     assert heard[20].share > heard[1].share
+
+
+def test_a_stage_is_told_as_it_begins_and_then_after_a_pause():
+    now, told = [0.0], []
+    meter = Meter(lambda report: told.append((report.stage, report.done)), lambda: now[0], pause=1.0)
+    for stage, done in (("one", 0), ("one", 1), ("one", 2), ("two", 0), ("two", 1)):
+        meter(stage, done, 3)
+        now[0] += 0.6
+    assert told == [("one", 0), ("one", 2), ("two", 0)]
