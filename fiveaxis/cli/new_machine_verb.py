@@ -83,22 +83,10 @@ def new(
 
 
 def ask(given: Answers, base: Machine | None, name: str) -> Answers:
-    """Ask in the terminal for what isn't answered yet, one line each.
+    """Ask in the terminal for what isn't answered yet, one line each; explain wrong answers, and ask again.
 
-    Parameters
-    ----------
-    given : answers of the options
-    base : machine read from a file, whose figures aren't asked for again
-    name : of the machine, where no other is stated
-
-    Returns
-    -------
-    All answers. A wrong one is explained and asked for again.
-
-    Raises
-    ------
-    SettingError
-        The input ends before the last question.
+    `SettingError` if the input ends before the last question. Figures of `base`, a machine read from a file,
+    aren't asked for; `name` is the machine's, where no other is stated.
     """
     alarm.print(INTRODUCTION, markup=False)
     answers = dict(given)

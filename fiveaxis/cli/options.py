@@ -113,16 +113,9 @@ def flags_of(group: type, before: str = "") -> dict[str, Any]:
 
 
 def read_flags(group: type, given: Mapping[str, Any], before: str = "") -> dict[str, Any]:
-    """Read what flags of a group give; what isn't given is left out.
+    """Read what flags of a group give, as `flags_of` names them; what isn't given is left out.
 
-    Parameters
-    ----------
-    before : as for `flags_of`
-
-    Raises
-    ------
-    SettingError
-        A text that isn't written as its option asks.
+    `SettingError` for a text that isn't written as its option asks.
     """
     return {
         name: _read(kind, _flags(name, option)[0], given[before + name])
@@ -268,13 +261,7 @@ class ConsoleHandler(logging.Handler):
 
 
 def set_verbosity(verbose: int, quiet: bool) -> None:
-    """Set the verbosity.
-
-    Parameters
-    ----------
-    verbose : 0 for warnings, 1 for stages, 2 for their details
-    quiet : errors only
-    """
+    """Log warnings (0), stages (1) or their details (2); only errors if `quiet`."""
     err.quiet = quiet
     logger = logging.getLogger(ROOT)
     logger.setLevel(logging.ERROR if quiet else LEVELS[min(verbose, len(LEVELS) - 1)])

@@ -271,16 +271,9 @@ def job_of(options: Mapping[str, Any]) -> Job:
 
 
 def choose_search(job: Job, text: str) -> Job:
-    """Set the search for the setup as the option `--setup` says: ranges, names of the job's, or ``auto``.
+    """Set the search for the setup as ``--setup`` says: ``x=-50:50,angle=0:90`` (mm, deg), ``x`` or ``auto``.
 
-    Parameters
-    ----------
-    text : ``x=-50:50,angle=-180:180``, mm and deg, or ``x,angle``
-
-    Raises
-    ------
-    JobError
-        Another form, an unknown name, a name without a range.
+    `JobError` for another form, an unknown name, a name whose range the job doesn't give.
     """
     from fiveaxis.job import SEARCHED, make_job
 

@@ -29,12 +29,7 @@ class NobodyReads(Exception):
 
 
 def run(load: Callable[[], Callable[[], object]]) -> None:
-    """Run a command line; whatever happens, it ends with one line and an exit code, never a traceback.
-
-    Parameters
-    ----------
-    load : imports the commands and returns what runs them
-    """
+    """Run a command line that `load` imports; it ends with one line and an exit code, never a traceback."""
     # Imports make a million objects that stay: at Python's own threshold a quarter of their time is spent on
     # looking for garbage among them.
     gc.set_threshold(GARBAGE)
@@ -79,13 +74,7 @@ def interrupt(_signal: int, frame: FrameType | None) -> None:
 
 
 def write_results(text: str | bytes) -> None:
-    """Write text, or the bytes of one, to stdout, through to whoever reads it.
-
-    Raises
-    ------
-    NobodyReads
-        The pipe is closed.
-    """
+    """Write text, or the bytes of one, to stdout, through to whoever reads it; else raise `NobodyReads`."""
     try:
         sys.stdout.write(text) if isinstance(text, str) else sys.stdout.buffer.write(text)
         sys.stdout.flush()

@@ -88,13 +88,7 @@ class Work:
         return max(left - (self._clock() - at), 0.0)
 
     def step(self, stage: str, done: int, total: int) -> None:
-        """Say what is being done, and how many of its steps are done.
-
-        Raises
-        ------
-        KeyboardInterrupt
-            The work was abandoned; this ends it.
-        """
+        """Say what is being done, and how much of it is done; `KeyboardInterrupt` ends abandoned work."""
         if self._stopped.is_set():
             raise KeyboardInterrupt
         self._meter(stage, done, total)
@@ -113,22 +107,9 @@ class Work:
             self.draw()
 
     def run(self, work: Callable[[Progress], T]) -> T:
-        """Do work in a thread.
+        """Do work in a thread, and return or raise what it does; it takes a progress, and writes no file.
 
-        Parameters
-        ----------
-        work : called with a function of a stage's name, steps done and steps in all; writes no file
-
-        Returns
-        -------
-        What the work returns.
-
-        Raises
-        ------
-        KeyboardInterrupt
-            Ctrl-C. The work may still run: `leave_if_working`.
-        Exception
-            What the work raises.
+        After Ctrl-C, a `KeyboardInterrupt`, it may still run: `leave_if_working`.
         """
         future: Future[T] = Future()
 
@@ -160,10 +141,7 @@ def clock_text(seconds: float) -> str:
 def shown_work(console: Console, *, hidden: bool = False) -> Iterator[Work]:
     """Begin work, and show on a terminal what it does until the block ends; elsewhere nothing is printed.
 
-    Parameters
-    ----------
-    console : for people; nothing else may print meanwhile, except on it
-    hidden : whether nothing is shown on a terminal either
+    Nothing else may print meanwhile, except on the console. `hidden` work isn't shown on a terminal either.
     """
     work = Work()
     if hidden or console.quiet or not console.is_interactive:
@@ -183,12 +161,7 @@ def shown_work(console: Console, *, hidden: bool = False) -> Iterator[Work]:
 
 
 def leave_if_working(code: int) -> None:
-    """End the process at once if work still runs, since nothing stops a compiled step.
-
-    Parameters
-    ----------
-    code : of the exit
-    """
+    """End the process at once, with an exit code, if work still runs: nothing stops a compiled step."""
     if any(thread.name == NAME for thread in threading.enumerate()):
         sys.stdout.flush()
         sys.stderr.flush()

@@ -154,15 +154,7 @@ def optimise(
 def solve_clear(task: Task, find: Find = optimise_postures) -> Cleared:
     """Solve a path clear of what stands around it, and bound what is left to save where that is asked.
 
-    Parameters
-    ----------
-    task : what is solved
-    find : what solves it, as `fiveaxis.posture.optimise_postures`
-
-    Raises
-    ------
-    FiveAxisError
-        As `fiveaxis.posture.optimise_postures`.
+    `find` solves it, and raises, as `fiveaxis.posture.optimise_postures`.
     """
     options = task.options
     cleared = _kept_clear(task, find)

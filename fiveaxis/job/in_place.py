@@ -70,17 +70,9 @@ class RevisedOperation:
 
     @classmethod
     def of(cls, job: Job, toolpath: Toolpath, machine: Machine) -> RevisedOperation:
-        """Find the cuts of a job's operation in its program's text.
+        """Find the cuts of a job's operation, as the job reads them, in its program's text.
 
-        Parameters
-        ----------
-        toolpath : cuts of the operation, as the job reads them
-        machine : the job's, as it is set up
-
-        Raises
-        ------
-        FiveAxisError
-            As `OperationText.of`.
+        Raises as `OperationText.of`; `JobError` for words of no control that is written.
         """
         text = operation_text(job, toolpath.tool)
         operation = text.operation
@@ -133,16 +125,9 @@ class RevisedOperation:
         return price_program(source, self.machine, Pricing.of(self.reading))
 
     def write(self, solution: Solution) -> tuple[Fill, Revision]:
-        """Write a solution's postures into the operation.
+        """Write a solution's postures into the operation: locations that its blocks stand for, and lines.
 
-        Returns
-        -------
-        The locations that its blocks stand for, and the lines
-
-        Raises
-        ------
-        FiveAxisError
-            As `Reviser`.
+        Raises as `Reviser`.
         """
         filling = Filling.of(solution.constraints, self.wording.interpolation)
         fill = filling.fill(solution.toolpath, solution.machine, solution.motion)
@@ -165,10 +150,7 @@ class RevisedOperation:
     def make(self, solution: Solution) -> tuple[MadeProgram, Revision]:
         """Write a solution's postures into the operation, and verify and price the text.
 
-        Raises
-        ------
-        FiveAxisError
-            As `Reviser` and `OperationText.require_same_around`.
+        Raises as `Reviser` and `OperationText.require_same_around`.
         """
         fill, revision = self.write(solution)
         self.text.require_same_around(revision)

@@ -148,13 +148,7 @@ def load_factors(job: Job) -> Factors | None:
 
 
 def load_job_toolpath(job: Job, progress: Progress = unheard) -> Toolpath:
-    """Plan on the job's mesh, or read its list of cutter locations.
-
-    Raises
-    ------
-    JobError
-        No such file, an unknown suffix, or a setting that the input doesn't use.
-    """
+    """Plan on the job's mesh, or read its cutter locations; `JobError` for settings that it doesn't use."""
     if is_mesh(job.input):
         return plan_mesh(job, progress).toolpath
     require_input(job.input)

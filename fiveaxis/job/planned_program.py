@@ -57,11 +57,6 @@ def plan_program(
 
     Every location has its block; further blocks are inserted where the tool would leave its path. Lead-in and
     lead-out are chosen clear of part, stock, fixtures and machine.
-
-    Parameters
-    ----------
-    motion, toolpath : n locations and the axes there
-    around : what the tool keeps clear of
     """
     machine, is_program = wording.machine, wording.dialect.language == "blocks"
     fill = Filling.of(constraints, wording.interpolation).fill(toolpath, machine, motion)

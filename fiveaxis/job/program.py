@@ -96,14 +96,7 @@ class MadeProgram:
     def of(
         cls, text: Program, planned: ProgramMotion, read: Motion, wording: WordWriter, **known: Any
     ) -> MadeProgram:
-        """Make the record of a text that was read: how long it takes follows, and what rounding may move.
-
-        Parameters
-        ----------
-        planned : its moves
-        read : all of it, as its words say
-        known : further fields by name
-        """
+        """Make the record of a text that was planned, and read: how long it takes, and its rounding."""
         lines = [line for line, row in zip(text.lines, text.rows, strict=True) if row >= 0]
         taken = predicted_time(read, wording.machine, wording.dialect, wording.coordinates)
         rounding = word_rounding(read, lines)
@@ -199,18 +192,10 @@ def make_program(
     verdict: Verdict | None = None,
     unverified: bool = False,
 ) -> MadeProgram:
-    """Make the program of a motion along a path, and verify its text.
+    """Make the program of a motion along a path, (n,) both, and verify its text by a further verdict, too.
 
-    Redundant blocks are removed if the text without them has no errors.
-
-    Parameters
-    ----------
-    motion, toolpath : n locations and the axes there
-    constraints : on postures and turns, in cuts also between locations
-    around : part, stock and fixtures
-    tolerances : from where on a difference is a finding
-    verdict : further checks of the text
-    unverified : whether nothing is verified, since the path is only the motion's own
+    Redundant blocks are removed if the text without them has no errors. `unverified`: nothing is verified,
+    since the path is only the motion's own.
 
     Raises
     ------
@@ -258,14 +243,7 @@ def compose_verified(
 ) -> MadeProgram:
     """Write a program's motion, read the text back, verify it, and put the verdict into its header.
 
-    Parameters
-    ----------
-    verdict : verifies the text; None where there is nothing to verify it against
-
-    Raises
-    ------
-    FiveAxisError
-        As `compose_program` and `ReadBack.of`.
+    Without a verdict there is nothing to verify it against. Raises as `compose_program` and `ReadBack.of`.
     """
     machine = wording.machine
 

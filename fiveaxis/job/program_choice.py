@@ -153,13 +153,6 @@ def choose(
     last, which is for where that is impossible, keep the tool axis at both ends, so that nothing turns before
     the cuts or after them.
 
-    Parameters
-    ----------
-    task : of the job
-    operation : its lines
-    options : as asked for
-    solved : searches with other options
-
     Raises
     ------
     AlreadyBetter

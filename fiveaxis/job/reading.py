@@ -51,19 +51,7 @@ def read_job(path: Path, **settings: Any) -> Job:
 
 
 def build_job(data: dict[str, Any], text: str, path: Path, **settings: Any) -> Job:
-    """Build a job from a file's content, as `read_job` does.
-
-    Parameters
-    ----------
-    data, text : the file's content, and its text, for the lines of errors
-    path : the file; relative paths are relative to it
-    settings : as for `make_job`, in place of the file's own
-
-    Raises
-    ------
-    JobError
-        As `read_job`.
-    """
+    """Build a job from a file's content, whose text has the lines of errors, as `read_job` does."""
     if {"code", "axes"} <= data.keys() and "input" not in data:
         raise JobError("is a machine file, and a job is needed here; give it as --machine", file=path)
     job = validate_settings(data, text, path, Job, JobError)

@@ -79,7 +79,7 @@ def run_task(task: JobTask, progress: Progress = unheard, checkpoint: Checkpoint
         except Infeasible as fault:
             raise advised(fault, job, task.machine, task.toolpath, task.obstacles) from None
     given = job.setup.model_copy(update={"search": None})
-    trials = search_setups(task, progress)
+    trials = search_setups(task, job.setup.search, progress)
     numbers = count(1)
 
     def run(setup: SetupTable, start: Array | None = None) -> Outcome | Infeasible:

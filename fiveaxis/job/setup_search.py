@@ -15,7 +15,6 @@ from fiveaxis.base import (
     STAGES,
     Array,
     Infeasible,
-    JobError,
     Progress,
     follow_compass,
     halton,
@@ -39,18 +38,9 @@ ROUGH_LOCATIONS = 120
 DIGITS = 2
 
 
-def search_setups(task: JobTask, progress: Progress = unheard) -> SetupTrials:
-    """Search for cheap setups within a job's ranges, with rough costs.
-
-    Raises
-    ------
-    JobError
-        The job has no ranges.
-    """
-    job = task.job
-    if job.setup.search is None:
-        raise JobError("setup.search is missing; give ranges of x, y, z or angle", file=job.input)
-    tries = job.setup.search.tries
+def search_setups(task: JobTask, search: SetupSearch, progress: Progress = unheard) -> SetupTrials:
+    """Search for cheap setups within ranges, by rough costs."""
+    job, tries = task.job, search.tries
     costs = SetupCosts(task)
     steps = 0
 
@@ -60,7 +50,7 @@ def search_setups(task: JobTask, progress: Progress = unheard) -> SetupTrials:
         progress(STAGES["setups"], min(steps, tries), tries)
         return costs.free(setup)
 
-    trials = SetupTrials(job.setup, job.setup.search, cost, costs.clear if costs.has_obstacles else None)
+    trials = SetupTrials(job.setup, search, cost, costs.clear if costs.has_obstacles else None)
     given = job.setup.model_copy(update={"search": None})
     trials.try_freely(given)
     kept = 0 if trials.clear is None else int(CLEAR_SHARE * tries)

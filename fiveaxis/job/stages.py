@@ -158,10 +158,7 @@ def run_stages(
 
     Parameters
     ----------
-    task : of `resolve`
-    progress : called with what is being done, steps done and steps in all
     start : (n, 2), rad, chain order, postures that are refined in place of a search
-    checkpoint : takes what long steps find
 
     Raises
     ------
@@ -192,12 +189,7 @@ def run_stages(
 def _finished(
     task: JobTask, postures: Optimum, cleared: Cleared, chosen: Chosen | None, inputs: Sequence[InputFile]
 ) -> Outcome:
-    """Make the program of postures, verified and priced by its text.
-
-    Parameters
-    ----------
-    chosen : the program of an operation that is revised; None for one of its own, and for one of a front
-    """
+    """Make the program of postures, or take the one of a revised operation; price it by its text."""
     job, machine, operation = task.job, task.machine, task.operation
     solution, scallop = _with_ridges(job, task.finished(postures))
     if operation is None:
@@ -286,9 +278,7 @@ def _rounded_alike(solution: Optimum, filling: Filling, rounding: float) -> dict
 def _with_ridges(job: Job, solution: Solution) -> tuple[Solution, tuple[float, float] | None]:
     """Measure the ridges that a leaned cutter leaves between planned passes, if their height was asked for.
 
-    Returns
-    -------
-    The solution, with a finding where they are too high, and the height asked for and the largest one, mm
+    A finding says where they are too high; the heights asked for and found are in mm.
     """
     path, scallop = solution.toolpath, job.planning.scallop
     if scallop is None or not path.zone.offset or not is_mesh(job.input):
@@ -307,13 +297,7 @@ def _with_ridges(job: Job, solution: Solution) -> tuple[Solution, tuple[float, f
 
 
 def program_header(solution: Optimum, inputs: Sequence[InputFile], *, moved: bool = False) -> Header:
-    """Return the comments of a job's program, which name its inputs.
-
-    Parameters
-    ----------
-    inputs : files that the run read, of `describe_inputs`
-    moved : whether the setup isn't the given one
-    """
+    """Return the comments of a job's program, which name its inputs, and a setup that isn't the given one."""
     feeds = np.unique(solution.toolpath.feed[solution.toolpath.cutting])
     header = tool_comments(solution.toolpath.tool, feeds[0] if len(feeds) == 1 else None)
     powers = describe_powers(solution.machine)

@@ -183,20 +183,9 @@ def _writable(job: Job, machine: Machine) -> WordWriter:
 
 
 def _keep_stated(job: Job, toolpath: Toolpath) -> tuple[Job, Toolpath]:
-    """Keep control, coordinates and settings of a job's input where the job gives none.
+    """Keep control, coordinates and settings of a job's input where neither job nor machine gives any.
 
-    Parameters
-    ----------
-    job : with the control of its machine, where that has one
-
-    Returns
-    -------
-    The job, and its path with the finding on what can't be kept.
-
-    Raises
-    ------
-    JobError
-        The input's control isn't one that is written, and neither the job nor its machine names one.
+    The path gets a finding on what can't be kept; `JobError` for a control that isn't written.
     """
     operation = toolpath.operation
     if operation is None:

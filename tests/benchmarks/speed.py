@@ -282,7 +282,7 @@ def time_setups() -> None:
         input=case, machine="hayashi-640123", tool="ball:10", tilt=(15, 75), setup={"search": search}
     )
     task = resolve(job)
-    rate("setups of the vase, looked at roughly", 10, lambda: search_setups(task))
+    rate("setups of the vase, looked at roughly", 10, lambda: search_setups(task, task.job.setup.search))
 
 
 def waving_blocks(n: int) -> Motion:

@@ -325,18 +325,9 @@ class Made(Guarded, StaticFileHandler):
 
 
 def serve(port: int, announce: Callable[[str], None], *, browser: bool) -> None:
-    """Serve the page until Ctrl-C.
+    """Serve the page until Ctrl-C, at an address that is announced; port 0 chooses a free one.
 
-    Parameters
-    ----------
-    port : of the loopback address; 0 chooses a free one
-    announce : called with the address
-    browser : whether it is opened in a browser
-
-    Raises
-    ------
-    OSError
-        The port is taken.
+    `OSError` if the port is taken.
     """
     asyncio.run(_serve(port, announce, browser))
 

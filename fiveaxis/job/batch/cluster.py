@@ -32,23 +32,10 @@ ANSWER = 10.0
 def run_on_scheduler(
     tasks: Sequence[QueuedJob], folder: Path, scheduler: str, tell: Listener
 ) -> Generator[Row]:
-    """Run tasks on a scheduler's workers, and yield the row of each as soon as it is done.
+    """Run tasks on a scheduler's workers, which see the folder under the same name; yield each row once done.
 
-    Certificates for an address ``tls://`` are those of dask's configuration.
-
-    Parameters
-    ----------
-    tasks : to run
-    folder : of the batch, which the workers see under the same name
-    scheduler : its address, ``tls://host:8786``
-    tell : called with each event
-
-    Raises
-    ------
-    SettingError
-        No scheduler at that address.
-    LostScheduler
-        The connection to it is lost.
+    Certificates for an address ``tls://`` are those of dask's configuration. `SettingError` without a
+    scheduler, `LostScheduler` when the connection to it is lost.
     """
     from distributed import as_completed
 
@@ -86,12 +73,7 @@ def _row(future: Future, task: QueuedJob) -> Row:
 
 
 def run_remotely(task: QueuedJob, folder: str, version: str, topic: str) -> dict[str, Any]:
-    """Run a task on a dask worker, and send its progress as events of a topic.
-
-    Returns
-    -------
-    Its row, as plain data.
-    """
+    """Run a task on a dask worker, send its progress as events of a topic; return its row as plain data."""
     from distributed import get_worker
 
     if version != __version__:
@@ -157,15 +139,7 @@ def _warn_without_workers(client: Client, scheduler: str) -> None:
 
 
 def require_scheduler(scheduler: str) -> None:
-    """Raise, before anything is written, if no scheduler answers at an address.
-
-    Raises
-    ------
-    MissingDependency
-        dask.distributed isn't installed.
-    SettingError
-        No scheduler at that address.
-    """
+    """Raise, before anything is written, unless dask.distributed is there and a scheduler answers."""
     try:
         import distributed  # noqa: F401
     except ImportError:

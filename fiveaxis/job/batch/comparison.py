@@ -104,19 +104,7 @@ class Comparison:
 
 
 def write_comparison(name: str, rows: Sequence[Row], folder: Path) -> Comparison:
-    """Write the page, the table and the figure of a sweep into its folder.
-
-    Parameters
-    ----------
-    name : of the sweep
-    rows : of its variants, in its order
-    folder : of the batch
-
-    Raises
-    ------
-    SettingError
-        They can't be written.
-    """
+    """Write the page, the table and the figure of a sweep, whose variants have rows, into its folder."""
     keys = tuple(dict.fromkeys(key for row in rows for key in row.values))
     compared = Comparison(name, keys, tuple(rows))
     own = own_folder(folder, name)
@@ -180,15 +168,9 @@ def _table(compared: Comparison) -> str:
 
 
 def render_comparison(title: str, rows: Sequence[Row], below: str, columns: Sequence[Column]) -> str:
-    """Return the text of a page that compares jobs.
+    """Return the text of a page that compares jobs, with further columns after their names.
 
-    Parameters
-    ----------
-    title : of the page
-    rows : of the jobs
-    below : what the names of jobs begin with that their folders are below the page's: ``cup/`` for the page
-        in the folder of the sweep ``cup``, empty in the folder of the batch
-    columns : further ones, after the name
+    Their folders are below the page's: names lose ``cup/`` (`below`) on the page of the sweep ``cup``.
     """
     style, script, page = (_text(f"comparison.{kind}") for kind in ("css", "js", "html"))
     counts = {status: sum(row.status is status for row in rows) for status in Status}

@@ -44,11 +44,6 @@ class Ledger:
 
         Files that only the older row lists are removed from the job's folder. A job with wrong input keeps
         the files and the row of its last run, which are valid again once the input is corrected.
-
-        Raises
-        ------
-        SettingError
-            They can't be written.
         """
         for row in rows:
             if row.status is Status.WRONG_INPUT:
@@ -84,12 +79,7 @@ class Ledger:
             own.rmdir()  # unless something else is in it
 
     def done(self, name: str, digest: str) -> Row | None:
-        """Return the row of a job that needn't run again: same inputs, a final status, all files there.
-
-        Parameters
-        ----------
-        name, digest : of the job, as it is now
-        """
+        """Return the row of a job that needn't run again: same inputs, a final status, all files there."""
         row = self._last(name)
         if row is None or row.digest != digest or not row.status.is_final:
             return None
@@ -124,13 +114,7 @@ def _cells(row: Row) -> list[Any]:
 
 
 def own_folder(folder: Path, name: str) -> Path:
-    """Return a job's folder inside the batch's.
-
-    Raises
-    ------
-    SettingError
-        It is a link that leads out of the batch's folder.
-    """
+    """Return a job's folder inside the batch's; `SettingError` if it is a link that leads out of it."""
     own = folder / name
     try:
         inside = own.resolve().is_relative_to(folder.resolve())
@@ -145,10 +129,7 @@ def own_folder(folder: Path, name: str) -> Path:
 def locked(folder: Path) -> Iterator[None]:
     """Lock a folder against other batches; the system releases the lock whenever the process ends.
 
-    Raises
-    ------
-    SettingError
-        Another batch is running in the folder, or it can't be written.
+    `SettingError` if another batch is running in the folder, or it can't be written.
     """
     lock = FileLock(folder / LOCK, timeout=0.0)
     try:

@@ -100,13 +100,7 @@ class Losses:
             self.die(lost)
 
     def lose(self, name: str, seconds: float, *, crashed: bool) -> int:
-        """Count a worker that died while it ran a job.
-
-        Parameters
-        ----------
-        name : of the job
-        seconds : that it had run
-        crashed : whether the worker ended by a fault of its own, which is no chance
+        """Count a worker that died after so many seconds of a job; one that crashed did so by no chance.
 
         Returns
         -------
@@ -144,18 +138,7 @@ def run_on_pool(
 ) -> Generator[Row]:
     """Run tasks on processes of this computer, and yield the row of each as soon as it is done.
 
-    Parameters
-    ----------
-    tasks : jobs to run
-    folder : of the batch
-    workers : number of processes
-    limits : of each job
-    tell : called with each event
-
-    Raises
-    ------
-    LostWorkers
-        No worker starts.
+    `LostWorkers` if no worker starts.
     """
     pool = _Pool(tasks, folder, limits, tell)
     try:

@@ -191,14 +191,7 @@ def _plain(value: Any) -> Any:
 
 
 def row_of(blank: Row, outcome: Outcome, files: Sequence[Path]) -> Row:
-    """Fill in a job's row from its outcome.
-
-    Parameters
-    ----------
-    blank : with name, file and values
-    outcome : of the job
-    files : that were written
-    """
+    """Fill in a job's blank row from its outcome and the files that were written."""
     report, solution = outcome.report, outcome.report.solution
     energy, baseline = solution.energy, solution.cheapest() or ""
     least, most = solution.energy_range()

@@ -55,11 +55,6 @@ def apply_values(values: Mapping[str, Any], data: Mapping[str, Any]) -> dict[str
 def read_sweep(data: Mapping[str, Any], text: str, path: Path) -> dict[str, dict[str, Any]]:
     """List the jobs of a job file's ``[sweep]`` in the order of its lists, the last key varying fastest.
 
-    Parameters
-    ----------
-    data, text : the file's content, and its text
-    path : the file
-
     Returns
     -------
     Name of each variant's folder, inside the sweep's → the values that it sets; empty without a sweep
@@ -67,8 +62,8 @@ def read_sweep(data: Mapping[str, Any], text: str, path: Path) -> dict[str, dict
     Raises
     ------
     JobError
-        No list of values, several lists without `combine`, lists of unequal length to be zipped, too many
-        jobs, two jobs of one name; with its line.
+        With its line: no list of values, several lists without `combine`, lists of unequal length to be
+        zipped, too many jobs, two jobs of one name.
     """
     if SWEEP not in data:
         return {}
@@ -189,13 +184,7 @@ class QueuedJob:
         return Row(self.name, self.file.name, Status.BROKEN, self.sweep, dict(self.values))
 
     def read(self) -> tuple[Job, dict[str, Any]]:
-        """Read the job, and return it with the content of its file, the sweep's values in it.
-
-        Raises
-        ------
-        FiveAxisError
-            As `read_job`; for a variant, with its name.
-        """
+        """Read the job, and the content of its file with the sweep's values; an error names the variant."""
         text, data = read_document(self.file, JobError)
         try:
             whole = apply_values(self.values, data)
@@ -232,17 +221,9 @@ class Planned:
 def plan_tasks(
     files: Iterable[Path], machines: Sequence[str] = (), settings: Mapping[str, Any] | None = None
 ) -> Planned:
-    """Read job files, and make the tasks of them and their sweeps.
+    """Read job files, and make the tasks of them and their sweeps; machines and settings as for `run_batch`.
 
-    Parameters
-    ----------
-    machines : on each of which every job runs, in place of its own and of a sweep
-    settings : of the jobs on these machines, by key of a job
-
-    Raises
-    ------
-    SettingError
-        Two jobs of one name, or a name that no folder may have.
+    `SettingError` for two jobs of one name, or a name that no folder may have.
     """
     named = _named(files)
     planned = Planned({}, {}, [], {})

@@ -30,14 +30,7 @@ FAULT = 70
 
 
 def run_queued(task: QueuedJob, folder: Path, progress: Progress) -> Row:
-    """Run a task; either all of its results are in its folder, or none, and the row says why.
-
-    Parameters
-    ----------
-    task : what to do
-    folder : of the batch; the task's own is inside it
-    progress : takes a stage's name, steps done and steps in all
-    """
+    """Run a task; all of its results are in its folder, inside the batch's, or none, and the row says why."""
     digest = ""
     try:
         job, whole = task.read()

@@ -135,14 +135,9 @@ def svg(height: float, parts: Iterable[str], label: str = "", over: str = "", wi
 def thin_rows(values: Array, buckets: int = BUCKETS) -> IntArray:
     """Choose rows of a line so that it looks the same with fewer points: lowest and highest of each bucket.
 
-    Parameters
-    ----------
-    values : (n,); NaN is ignored
-    buckets : pieces of equal length; a line of at most two rows per piece is kept whole
-
     Returns
     -------
-    (m,), rows in order, m ≤ 2·buckets + 2; the first and the last are always there
+    (m,), rows in order, m ≤ 2·buckets + 2; the first and the last are always there, all of a short line
     """
     n = len(values)
     if n <= 2 * buckets:
@@ -157,17 +152,7 @@ def thin_rows(values: Array, buckets: int = BUCKETS) -> IntArray:
 
 
 def break_jumps(values: Array, jump: float) -> Array:
-    """Set NaN where a wrapped angle jumps, so that no line is drawn across the figure.
-
-    Parameters
-    ----------
-    values : (n,), any unit
-    jump : largest step that isn't a jump, same unit
-
-    Returns
-    -------
-    (n,), NaN at the row after a jump
-    """
+    """Set NaN, (n,), after steps larger than `jump`: no line crosses the figure where an angle wraps."""
     jumps = np.abs(np.diff(values, prepend=values[:1])) > jump
     return np.where(jumps, np.nan, values)
 

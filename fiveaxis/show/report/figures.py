@@ -39,12 +39,7 @@ PATH, TIME = "location", "time in s"
 
 
 def energy_bars(solution: Optimum, baseline: str | None) -> str:
-    """Draw the energy of each axis before and after, with the figures on the bars.
-
-    Parameters
-    ----------
-    baseline : name of the baseline shown as "before"; None draws the result alone
-    """
+    """Draw the energy of each axis, of a baseline and after, with the figures on the bars."""
     series, letters = series_of(solution, baseline), solution.machine.letters
     energies = [solution.energies[name] for name in series]
     heights = np.array([[energy.by_axis[letter] for letter in letters] for energy in energies])
@@ -98,12 +93,7 @@ def axis_lines(solution: Optimum, baseline: str | None) -> str:
 
 
 def speed_lines(solution: Optimum, baseline: str | None) -> str:
-    """Draw every axis's mean speed in each move over time, with its highest speed dotted if it comes near.
-
-    Parameters
-    ----------
-    baseline : name of the baseline shown as "before"; None draws the result alone
-    """
+    """Draw every axis's mean speed in each move over time, with its highest speed dotted if it comes near."""
     machine = solution.machine
     speeds = {
         name: 60.0 * machine.shown(mean_speeds(solution.timed(name))).T

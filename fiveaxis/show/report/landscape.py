@@ -47,14 +47,9 @@ class PostureMap:
 
 
 def posture_map(solution: Optimum, admits: Admits | None = None) -> PostureMap:
-    """Compute the least cost of each angle of the first rotary axis along the path.
+    """Compute the least cost of each angle of the first rotary axis along the path, clear as `admits` says.
 
     A path of more than `MOST_LOCATIONS` is sampled evenly, both ends included.
-
-    Parameters
-    ----------
-    solution : the result
-    admits : checks which postures are clear of collisions; None if that isn't known
     """
     n = len(solution.toolpath)
     locations = np.unique(np.linspace(0, n - 1, min(n, MOST_LOCATIONS)).round().astype(np.int64))

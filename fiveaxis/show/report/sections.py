@@ -294,9 +294,7 @@ def limit_strips(solution: Optimum, baseline: str | None) -> str:
 def edge_bars(use: EdgeUse, programs: Sequence[str]) -> str:
     """Draw the length of cut by contact angle, with effective diameter and speed of the edge below.
 
-    Parameters
-    ----------
-    programs : that are shown; the last is the result
+    Of the programs the last is the result.
     """
     colours = dict(zip(reversed(programs), (AFTER, BEFORE), strict=False))
     angles = np.degrees(use.edges)

@@ -181,15 +181,9 @@ def cutting_powers(powers: Array, motion: Motion) -> Array:
 
 
 def colour_top(result: Array, *others: Array) -> float:
-    """Choose the power at the end of the scale.
+    """Choose the power at the end of the scale, W, by those of the result and its baselines, (n,) each.
 
-    Parameters
-    ----------
-    result, others : (n,), W, powers of the result and of its baselines; NaN is ignored
-
-    Returns
-    -------
-    W, positive even if all powers are 0
+    It is positive even if all powers are 0; NaN is ignored.
     """
     together = np.concatenate([result, *others])
     known = together[np.isfinite(together)]

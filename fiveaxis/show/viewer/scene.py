@@ -96,13 +96,7 @@ class Scene:
 
 
 def build_scene(recorder: Recorder, shown: Shown) -> Scene:
-    """Build the scene of what is shown, every axis at 0.
-
-    Raises
-    ------
-    MeshError
-        A mesh of a fixture or the machine can't be read.
-    """
+    """Build the scene of what is shown, every axis at 0; `MeshError` for a mesh that can't be read."""
     machine, path, mesh, around = shown.machine, shown.toolpath, shown.part, shown.surroundings
     # The way from a tool change isn't what there is to see.
     cuts = path.pivot[path.cutting] if path.cutting.any() else path.pivot

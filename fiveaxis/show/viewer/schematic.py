@@ -27,7 +27,6 @@ def schematic_bodies(machine: Machine, radius: float = TABLE, nose_height: float
 
     Parameters
     ----------
-    machine : its code, lines and travels
     radius : mm, of the table; the part's size
     nose_height : mm, from the tip to the spindle's nose if the machine has no tool length
 

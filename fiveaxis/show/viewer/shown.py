@@ -118,12 +118,7 @@ class Shown:
 def shown_of(solution: Optimum | Shown, given: Beside) -> Shown:
     """Collect what is shown of a solution, or of a program as it is, which has its own surroundings.
 
-    Raises
-    ------
-    MeshError
-        The file of the part can't be read.
-    SettingError
-        Neither a solution nor a program.
+    `MeshError` for a part that can't be read; `SettingError` for what is neither.
     """
     if isinstance(solution, Optimum):
         shown = _with_program(solution, given)

@@ -42,13 +42,7 @@ def pose_of(shape: Shape) -> Array:
 
 
 def corners(shape: Shape) -> Array:
-    """Return the corners, (8, 3) mm, of a shape's bounding box along the axes of its frame.
-
-    Raises
-    ------
-    MeshError
-        The mesh can't be read.
-    """
+    """Return the corners, (8, 3) mm, of a shape's bounding box along its axes; `MeshError` as `load_mesh`."""
     if isinstance(shape, MeshShape):
         vertices = shape.scale * load_mesh(shape.file, allow_open=True).vertices
         low, high = vertices.min(axis=0), vertices.max(axis=0)

@@ -49,7 +49,7 @@ def same_both_ways():
 def test_a_ring_is_cheapest_where_its_middle_stands_on_the_axis_of_the_table(ring):
     task = resolve(make(ring, x=(-40.0, 30.0), tries=20))
     there = same_both_ways().with_setup(task.job.setup.offset)
-    search = search_setups(replace(task, machine=there))
+    search = search_setups(replace(task, machine=there), task.job.setup.search)
     best = search.ranked[0]
     assert best.offset[0] == pytest.approx(0.0, abs=1.0)
     assert best.offset[1:] == (0.0, 0.0)
@@ -215,7 +215,8 @@ def test_a_clamp_that_blocks_the_cheapest_setup_sends_the_search_to_another(besi
 
 
 def test_where_all_tried_setups_are_blocked_further_ones_are_scattered(beside_a_clamp):
-    search = search_setups(resolve(beside_a_clamp(8)))
+    task = resolve(beside_a_clamp(8))
+    search = search_setups(task, task.job.setup.search)
     assert len(search.tried) <= 8
     assert search.ranked
     assert all(setup.rotation[2] > 90.0 for setup in search.ranked)
