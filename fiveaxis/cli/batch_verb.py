@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 
 # Rows of a live table: one longer than the screen can't be redrawn.
 SHOWN = 24
-# Heads of a job's figures.
 # Jobs that have to be done before a remaining time is told.
 SURE = 0.2
+# Heads of a job's figures.
 FIGURES = ("J", "saved", "s", "starts", "reversals")
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fiveaxis.base import OnMachine, Progress, SettingError, columns_text, is_file, require_suffix
+from fiveaxis.base import LeanBounds, OnMachine, Progress, SettingError, columns_text, is_file, require_suffix
 from fiveaxis.cli.options import LEANING, NOT_GIVEN, ON_MACHINE, PLANNING, AsJson, optional, read_flags, takes
 from fiveaxis.cli.path_verbs import job_work
 from fiveaxis.cli.process import write_results
@@ -99,7 +99,7 @@ def _at_tip(source: str, options: Mapping[str, Any]) -> Drawn:
     tip = parse_numbers(source, 3, "X,Y,Z")
     if options["location"] is not None:
         raise SettingError("--location has no effect at a tip; leave it out, or name a job")
-    feed, normal, tilt = (options[name] for name in ("feed", "normal", "tilt"))
+    feed, normal = options["feed"], options["normal"]
     require_between("--feed", FEED if feed is None else feed, 1e-3, 1e6, "mm/min")
     assume = read_flags(OnMachine, options).get("assume")
     return tip_surface(
@@ -107,7 +107,7 @@ def _at_tip(source: str, options: Mapping[str, Any]) -> Drawn:
         tip,
         FEED if feed is None else feed,
         normal=None if normal is None else parse_numbers(normal, 3, "X,Y,Z", flag="--normal"),
-        tilt=None if tilt is None else _range(tilt),
+        tilt=read_flags(LeanBounds, options).get("tilt"),
         step_deg=options["step"] or STEP,
     )
 
@@ -131,8 +131,3 @@ def _of_job(source: Path, options: Mapping[str, Any], progress: Progress) -> Dra
     if options["location"] is None:
         return path_valley(outcome.solution, admits=clear_postures(outcome))
     return location_surface(outcome.solution, options["location"], step_deg=options["step"] or STEP)
-
-
-def _range(text: str) -> tuple[float, float]:
-    low, high = parse_numbers(text, 2, "MIN:MAX", ":", flag="--tilt")
-    return low, high

@@ -7,12 +7,7 @@ from dataclasses import replace
 from fiveaxis.base import USUAL_CONE, Finding, Infeasible, Place, Severity
 from fiveaxis.check import Reach, Surroundings, as_it_runs, choose_offset, in_words
 from fiveaxis.job.description import Job
-from fiveaxis.model import (
-    Machine,
-    Toolpath,
-    Triple,
-    load_machine,
-)
+from fiveaxis.model import Machine, Toolpath, load_machine
 from fiveaxis.nc import load_source, set_up_as_stated
 
 # Automatic ranges for the setup: mm to each side, deg.
@@ -98,9 +93,6 @@ def advised(
     nearest = reach.nearest(job.setup.offset)
     reached = int(reach.reached(nearest).sum())
     share = "all of them are" if reached == len(reach) else f"{reached} of {len(reach)} tried ones are"
-    text = f"with the part at {in_words(nearest)} {share} reached (--work-offset {_numbers(nearest)})"
+    numbers = ",".join(f"{value:g}" for value in nearest)
+    text = f"with the part at {in_words(nearest)} {share} reached (--work-offset {numbers})"
     return Infeasible(f"{fault}; {text}", fault.findings)
-
-
-def _numbers(offset: Triple) -> str:
-    return ",".join(f"{value:g}" for value in offset)

@@ -7,7 +7,7 @@ import logging
 import os
 import platform
 import uuid
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
@@ -91,11 +91,7 @@ def run_remotely(task: QueuedJob, folder: str, version: str, topic: str) -> dict
 def _progress(client: Client, tell: Listener) -> Iterator[str]:
     """Pass the workers' progress on; yield the topic under which they send it."""
     topic = f"fiveaxis-{uuid.uuid4().hex}"  # a scheduler may serve several batches at once
-
-    def receive(event: tuple[float, Mapping[str, Any]]) -> None:
-        tell(Event.running(**event[1]))
-
-    client.subscribe_topic(topic, receive)
+    client.subscribe_topic(topic, lambda event: tell(Event.running(**event[1])))
     try:
         yield topic
     finally:
@@ -109,7 +105,11 @@ def _open_client(scheduler: str) -> Iterator[Client]:
     with _quiet(), _answering(scheduler):
         there = Client(scheduler, timeout=ANSWER, set_as_default=False)
     with _quiet(), there as client:
-        _warn_without_workers(client, scheduler)
+        if count := len(client.nthreads()):
+            logger.info("%s: %d workers", scheduler, count)
+        else:
+            message = "%s has no workers, so the jobs wait; start one with `dask worker %s`"
+            logger.warning(message, scheduler, scheduler)
         yield client
 
 
@@ -125,17 +125,6 @@ def _quiet() -> Iterator[None]:
     finally:
         for theirs, level in zip(loggers, levels, strict=True):
             theirs.setLevel(level)
-
-
-def _warn_without_workers(client: Client, scheduler: str) -> None:
-    """Warn where jobs would wait until somebody starts a worker."""
-    count = len(client.nthreads())
-    if count:
-        logger.info("%s: %d workers", scheduler, count)
-    else:
-        logger.warning(
-            "%s has no workers, so the jobs wait; start one with `dask worker %s`", scheduler, scheduler
-        )
 
 
 def require_scheduler(scheduler: str) -> None:

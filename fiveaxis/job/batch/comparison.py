@@ -127,11 +127,6 @@ def _value_of(key: str) -> Callable[[Row], Any]:
     return lambda row: row.values[key]
 
 
-def _name(row: Row) -> str:
-    """Name a variant by the values it sets."""
-    return ", ".join(f"{key} {format_value(value)}" for key, value in row.values.items())
-
-
 def format_value(value: Any) -> str:
     """Format a value of a sweep for display."""
     if isinstance(value, str):
@@ -152,7 +147,8 @@ def draw_variants(name: str, rows: Sequence[Row]) -> str:
         bars[BEFORE] = [row.baseline_energy or 0.0 for row in shown]
     labels = [str(row.status) if row.energy is None else f"{number(row.energy)} J" for row in shown]
     x_label = "energy of the feed drives, no base load (J)"
-    parts, height = bar_rows(TOP, [_name(row) for row in shown], bars, labels, x_label)
+    names = [", ".join(f"{key} {format_value(v)}" for key, v in row.values.items()) for row in shown]
+    parts, height = bar_rows(TOP, names, bars, labels, x_label)
     colours = {RESULT: AFTER} | ({baseline: BEFORE} if baseline else {})
     return svg_file(svg(height, [heading(colours, f"{name}{cut}"), *parts], name))
 
@@ -172,7 +168,10 @@ def render_comparison(title: str, rows: Sequence[Row], below: str, columns: Sequ
 
     Their folders are below the page's: names lose ``cup/`` (`below`) on the page of the sweep ``cup``.
     """
-    style, script, page = (_text(f"comparison.{kind}") for kind in ("css", "js", "html"))
+    folder = files("fiveaxis.job.batch")
+    style, script, page = (
+        folder.joinpath(f"comparison.{kind}").read_text(encoding="utf-8") for kind in ("css", "js", "html")
+    )
     counts = {status: sum(row.status is status for row in rows) for status in Status}
     # What no job has would only push the rest out of sight.
     shown = [
@@ -188,10 +187,6 @@ def render_comparison(title: str, rows: Sequence[Row], below: str, columns: Sequ
         rows="\n".join(_row(index, row, below, shown) for index, row in enumerate(rows)),
     )
     return page_of(title, style, script, body)
-
-
-def _text(name: str) -> str:
-    return files("fiveaxis.job.batch").joinpath(name).read_text(encoding="utf-8")
 
 
 def _text_of(column: Column, row: Row) -> str:

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from filelock import FileLock, Timeout
 
@@ -53,8 +52,11 @@ class Ledger:
                 self._remove_stale_files(row)
                 self.rows[row.name] = row
         self.rows = dict(sorted(self.rows.items()))
-        write_atomically(self.folder / LINES, "".join(_line(row) for row in self.rows.values()))
-        write_atomically(self.folder / TABLE, csv_text([COLUMNS, *map(_cells, self.rows.values())]))
+        every = self.rows.values()
+        lines = (json.dumps(row.as_dict(), allow_nan=False) + "\n" for row in every)
+        cells = ([column.value(row) for column in COLUMNS.values()] for row in every)
+        write_atomically(self.folder / LINES, "".join(lines))
+        write_atomically(self.folder / TABLE, csv_text([COLUMNS, *cells]))
 
     def forget_refused(self, names: Iterable[str]) -> None:
         """Drop rows that only report a wrong input; written with the next `record`."""
@@ -103,14 +105,6 @@ def _read_line(line: str, path: Path, number: int) -> Row:
     except (ValueError, TypeError, AttributeError, RecursionError) as fault:
         message = f"isn't a result of this version ({fault}); move the file away, and all jobs run again"
         raise SettingError(message, file=path, line=number) from None
-
-
-def _line(row: Row) -> str:
-    return json.dumps(row.as_dict(), allow_nan=False) + "\n"
-
-
-def _cells(row: Row) -> list[Any]:
-    return [column.value(row) for column in COLUMNS.values()]
 
 
 def own_folder(folder: Path, name: str) -> Path:

@@ -213,22 +213,24 @@ def _measure_base(rivals: Sequence[Candidate]) -> str:
     if silent:
         return f"measure the base power of {', '.join(silent)} and state it (base_power)"
     # As long as a time is open, so is the energy over it.
-    unknown = any(c.time is not None and math.isinf(c.time[1]) for c in rivals)
-    return _state_accelerations(rivals) if unknown else _measure_axis(rivals)
+    return _state_accelerations(rivals) if _untimed(rivals) else _measure_axis(rivals)
 
 
 def _settle_cost(rivals: Sequence[Candidate]) -> str:
     """Name the machines whose time isn't known, else what counts for energies."""
-    unknown = any(c.time is not None and math.isinf(c.time[1]) for c in rivals)
-    return _state_accelerations(rivals) if unknown and rivals[0].factors.hour else _measure_base(rivals)
+    timed = _untimed(rivals) and rivals[0].factors.hour
+    return _state_accelerations(rivals) if timed else _measure_base(rivals)
 
 
 def _state_accelerations(rivals: Sequence[Candidate]) -> str:
     """Name the machines that don't state their accelerations."""
-    silent = [c.machine for c in rivals if c.time is not None and math.isinf(c.time[1])]
-    if silent:
+    if silent := _untimed(rivals):
         return f"state max_acceleration of the axes of {', '.join(silent)}"
     return "run both programs: their times differ by less than they are known to"
+
+
+def _untimed(rivals: Sequence[Candidate]) -> list[str]:
+    return [c.machine for c in rivals if c.time is not None and math.isinf(c.time[1])]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -227,20 +227,15 @@ class ReportDocument:
             "units": UNITS,
             "kept_back": self.kept_back,
         }
-        if self.part_size is not None:
-            document["part_size_mm"] = self.part_size
-        if self.scallop is not None:
-            document["scallop_mm"] = {"asked": self.scallop[0], "largest": self.scallop[1]}
-        if self.overriding is not None:
-            unused = [finding.as_dict() for finding in self.overriding.unused]
-            document |= {"overridden": self.overriding.accepted, "overridden_by": self.overriding.by}
-            document["override_unused"] = unused
-        if self.front is not None:
-            document["front"] = self.front.as_dict()
-        if self.edge_use is not None:
-            document["edge_use"] = self.edge_use.as_dict()
-        if self.setup_search is not None:
-            document["setup_search"] = self.setup_search.as_dict()
+        scallop = self.scallop and {"asked": self.scallop[0], "largest": self.scallop[1]}
+        asked: dict[str, Any] = {"part_size_mm": self.part_size, "scallop_mm": scallop}
+        if (over := self.overriding) is not None:
+            unused = [finding.as_dict() for finding in over.unused]
+            asked |= {"overridden": over.accepted, "overridden_by": over.by, "override_unused": unused}
+        for name in ("front", "edge_use", "setup_search"):
+            told = getattr(self, name)
+            asked[name] = told and told.as_dict()
+        document |= {name: told for name, told in asked.items() if told is not None}
         return {key: _plain(value) for key, value in document.items()}
 
     def _rates(self) -> dict[str, Any]:

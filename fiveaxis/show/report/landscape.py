@@ -75,16 +75,12 @@ def shown_range(axis: Axis) -> tuple[float, float]:
 
 def rotary_grid(machine: Machine, *steps: float) -> tuple[Array, Array]:
     """Divide the shown ranges of the rotary axes by steps of about so many degrees."""
+    ranges = [shown_range(machine.axis(letter)) for letter in machine.rotaries]
     first, second = (
-        _angles(shown_range(machine.axis(letter)), step)
-        for letter, step in zip(machine.rotaries, steps, strict=True)
+        np.linspace(low, high, max(2, round(math.degrees(high - low) / step) + 1))
+        for (low, high), step in zip(ranges, steps, strict=True)
     )
     return first, second
-
-
-def _angles(bounds: tuple[float, float], step: float) -> Array:
-    low, high = bounds
-    return np.linspace(low, high, max(2, round(math.degrees(high - low) / step) + 1))
 
 
 def _least(

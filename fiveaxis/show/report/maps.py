@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fiveaxis.base import Array, BoolArray, IntArray
+from fiveaxis.base import Array, BoolArray
 from fiveaxis.show.report.chart import (
     BELOW,
     FORBIDDEN,
@@ -233,14 +233,10 @@ class HeatMap:
         return low, high if high > low else low + 1.0
 
     def draw(self, hatched: BoolArray, *, veiled: bool = False) -> list[str]:
-        """Draw the colours and their scale, J.
-
-        Parameters
-        ----------
-        hatched : (m, n), what is hatched: whitened and in one direction if `veiled`, else in both directions
-        """
-        picture, where = _enlarged(_coloured(self.values.T, self.bounds)), _enlarged(hatched.T)
-        picture = _hatched(_veiled(picture, where) if veiled else picture, where, crossed=not veiled)
+        """Draw the colours and their scale, J, with a part, (m, n), hatched."""
+        picture = _hatched(
+            _enlarged(_coloured(self.values.T, self.bounds)), _enlarged(hatched.T), veiled=veiled
+        )
         ground = self.panel.span(self.panel.x, self.panel.y, FORBIDDEN)
         return [ground, _image(self.panel, picture, _edges(self.x), _edges(self.y)), self._scale()]
 
@@ -252,9 +248,7 @@ class HeatMap:
             text(word, right + BAR_AT + BAR + 4.0, float(scale.down(value)) + 3.0)
             for value, word in labelled(ticks(self.bounds)).items()
         )
-        colours = np.array(CIVIDIS[::-1], dtype=np.uint8)
-        ramp = np.stack([np.interp(np.linspace(0, 16, 128), np.arange(17), c) for c in colours.T], axis=-1)
-        picture = png_address(ramp[:, None].round().astype(np.uint8))
+        picture = png_address(_coloured(np.linspace(1.0, 0.0, 128)[:, None], (0.0, 1.0)))
         return (
             f'<image x="{right + BAR_AT:g}" y="{panel.top:g}" width="{BAR:g}" height="{panel.height:g}" '
             f'preserveAspectRatio="none" href="{picture}"/>'
@@ -323,31 +317,21 @@ def _coloured(values: Array, bounds: tuple[float, float]) -> Pixels:
 
 def _enlarged(cells: NDArray[Any]) -> NDArray[Any]:
     """Enlarge every cell to `CELL` × `CELL` pixels, in which a hatching can be drawn; thin a large grid."""
-    rows, columns = (_cells(count) for count in cells.shape[:2])
-    return cells[rows[:, None], columns]
+    for axis, count in enumerate(cells.shape[:2]):
+        pixels = min(CELL * count, MOST_PIXELS)
+        cells = cells.take(np.arange(pixels) * count // pixels, axis=axis)
+    return cells
 
 
-def _cells(count: int) -> IntArray:
-    """Return the cell of each pixel of a side."""
-    pixels = min(CELL * count, MOST_PIXELS)
-    return np.arange(pixels) * count // pixels
-
-
-def _hatched(picture: Pixels, where: BoolArray, *, crossed: bool) -> Pixels:
-    """Hatch a part, (h, w), of a picture, (h, w, 3), in black, in both directions if `crossed`."""
+def _hatched(picture: Pixels, where: BoolArray, *, veiled: bool) -> Pixels:
+    """Hatch a part, (h, w), of a picture, (h, w, 3): in two directions, or whitened in one."""
     row, column = np.indices(where.shape)
-    lines = (row + column) % HATCH == 0
-    if crossed:
+    lines, drawn = (row + column) % HATCH == 0, picture.astype(float)
+    if veiled:
+        drawn[where] += VEIL * (255.0 - drawn[where])
+    else:
         lines |= (row - column) % HATCH == 0
-    drawn = picture.copy()
-    drawn[where & lines] = 0
-    return drawn
-
-
-def _veiled(picture: Pixels, where: BoolArray) -> Pixels:
-    """Whiten a part, (h, w), of a picture by the share `VEIL`."""
-    drawn = picture.astype(float)
-    drawn[where] += VEIL * (255.0 - drawn[where])
+    drawn[where & lines] = 0.0
     return drawn.round().astype(np.uint8)
 
 

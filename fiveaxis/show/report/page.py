@@ -164,14 +164,10 @@ def _time_caption(document: ReportDocument) -> str:
 
 
 def _compared(document: ReportDocument) -> str:
-    if not document.solution.baselines:
-        return (
-            f"<p>There is no baseline to compare with.</p>\n{_missing(document)}{program_section(document)}"
-        )
-    return (
-        f"{scroll(tables.baseline_table(document))}\n{_missing(document)}\n{_measures(document)}"
-        f"{program_section(document)}"
-    )
+    found, measures = "<p>There is no baseline to compare with.</p>", ""
+    if document.solution.baselines:
+        found, measures = scroll(tables.baseline_table(document)), f"\n{_measures(document)}"
+    return f"{found}\n{_missing(document)}{measures}{program_section(document)}"
 
 
 def _missing(document: ReportDocument) -> str:

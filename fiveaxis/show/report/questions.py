@@ -94,11 +94,8 @@ class Answers:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the answers as plain data for JSON."""
-        return {
-            "verdict": self.verdict,
-            "safe": self.safe.as_dict(),
-            "saved": self.saved.as_dict(),
-            "next": self.next.as_dict(),
+        return {"verdict": self.verdict} | {
+            name: getattr(self, name).as_dict() for name in ("safe", "saved", "next")
         }
 
 

@@ -42,37 +42,33 @@ def describe_machine(machine: Machine) -> Document:
     program of axis words is written (`unknown_figures`), ``to_measure`` with the dimensions that place the
     rotary axes (None where they are known), ``figures`` with their sources
     """
-    names = {"name": machine.name, "code": str(machine.code), "description": machine.description}
-    structure = {
+    home = machine.chain.tool_home
+    unknown = [figure.name for figure in unknown_figures(machine) if figure.name != "tool_length"]
+    return {
+        "name": machine.name,
+        "code": str(machine.code),
+        "description": machine.description,
         "control": machine.control or None,
         "kind": machine.code.kind,
         "kinematic_class": machine.code.kinematic_class,
         "axes": machine.letters,
         "reversed": [a.letter for a in machine.axes if a.reversed],
+        "chain": [_joint(joint, machine, unknown) for joint in machine.chain.joints],
+        "unknown": unknown,
+        "spindle": {
+            "point": None if "spindle" in unknown else _numbers(home[:3, 3]),
+            "direction": _numbers(home[:3, 2]),
+        },
+        "limits": {a.letter: [_shown(a, end) for end in a.limits.ends] for a in machine.axes},
+        "speeds": {a.letter: _shown(a, a.max_speed) for a in machine.axes},
+        "powers": {letter: drive_table(machine, letter) for letter in machine.letters},
+        "base_power": machine.base_power,
+        "positioning": why_not_positioning(machine.chain) or "every position",
+        "orientation": _orientation(machine),
+        "bodies": len(machine.bodies),
+        "to_measure": _to_measure(machine),
+        "figures": [p.as_dict() for p in machine.provenance],
     }
-    home = machine.chain.tool_home
-    unknown = [figure.name for figure in unknown_figures(machine) if figure.name != "tool_length"]
-    return (
-        names
-        | structure
-        | {
-            "chain": [_joint(joint, machine, unknown) for joint in machine.chain.joints],
-            "unknown": unknown,
-            "spindle": {
-                "point": None if "spindle" in unknown else _numbers(home[:3, 3]),
-                "direction": _numbers(home[:3, 2]),
-            },
-            "limits": {a.letter: _limits(a) for a in machine.axes},
-            "speeds": {a.letter: _speed(a) for a in machine.axes},
-            "powers": {letter: drive_table(machine, letter) for letter in machine.letters},
-            "base_power": machine.base_power,
-            "positioning": why_not_positioning(machine.chain) or "every position",
-            "orientation": _orientation(machine),
-            "bodies": len(machine.bodies),
-            "to_measure": _to_measure(machine),
-            "figures": [p.as_dict() for p in machine.provenance],
-        }
-    )
 
 
 def _joint(joint: Joint, machine: Machine, unknown: list[str]) -> Document:
@@ -82,12 +78,8 @@ def _joint(joint: Joint, machine: Machine, unknown: list[str]) -> Document:
     return line | ({"point": point} if joint.is_rotary else {})
 
 
-def _limits(axis: Axis) -> list[float | None]:
-    return [None if end is None else _short(axis.shown(end)) for end in axis.limits.ends]
-
-
-def _speed(axis: Axis) -> float | None:
-    return None if axis.max_speed is None else _short(axis.shown(axis.max_speed))
+def _shown(axis: Axis, value: float | None) -> float | None:
+    return None if value is None else _short(axis.shown(value))
 
 
 def _orientation(machine: Machine) -> Document:

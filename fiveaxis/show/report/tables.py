@@ -19,8 +19,6 @@ from fiveaxis.show.report.words import MINUS, THIN_SPACE, number, saving, speed_
 
 NOTHING = "–"
 NOT_CHECKED = "not checked"
-# Caption of the table of axes.
-AXES = "Energy of each axis, feed drives only"
 KINDS = {"cut": "cuts", "link": "links", "rapid": "rapid moves"}
 
 # Figures of verification by name: description and unit.
@@ -169,15 +167,13 @@ def missing_list(document: ReportDocument) -> str:
 
 def axis_table(document: ReportDocument) -> str:
     """List the energy of each axis, before and after."""
-    after = document.solution.energy.by_axis
-    name = document.baseline
-    if name is None:
-        return table(("axis", f"#{RESULT} (J)"), [(a, number(j)) for a, j in after.items()], AXES)
-    before = document.solution.baselines[name].by_axis
-    compared = [
-        (a, number(before[a]), number(after[a]), number(after[a] - before[a], signed=True)) for a in after
-    ]
-    return table(("axis", f"#{name} (J)", f"#{RESULT} (J)", "#change (J)"), compared, AXES)
+    after, name = document.solution.energy.by_axis, document.baseline
+    heads, rows = ["axis", f"#{RESULT} (J)"], [[a, number(joules)] for a, joules in after.items()]
+    if name is not None:
+        before = document.solution.baselines[name].by_axis
+        heads = ["axis", f"#{name} (J)", f"#{RESULT} (J)", "#change (J)"]
+        rows = [[a, number(before[a]), j, number(after[a] - before[a], signed=True)] for a, j in rows]
+    return table(heads, rows, "Energy of each axis, feed drives only")
 
 
 def steadiness_table(document: ReportDocument) -> str:

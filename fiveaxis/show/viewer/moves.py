@@ -44,22 +44,18 @@ class ShownProgram(Protocol):
     @property
     def motion(self) -> ProgramMotion:
         """Its moves."""
-        ...
 
     @property
     def text(self) -> Program:
         """Its lines."""
-        ...
 
     @property
     def fill(self) -> Fill | None:
         """The locations that the blocks stand for; None for a motion without a path."""
-        ...
 
     @property
     def report(self) -> Report:
         """What verification found in it, with the stock that it has cut."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)
