@@ -17,7 +17,7 @@ from rich.table import Column, Table
 from fiveaxis.base import Costs, Severity
 from fiveaxis.cli.options import AsJson, JobTimeout, Scheduler, Workers, flags_of, read_flags, takes
 from fiveaxis.cli.process import INTERRUPTED
-from fiveaxis.cli.terminal import err, errors_explained, out, print_json, print_written
+from fiveaxis.cli.terminal import err, errors_explained, out, print_json, print_table, print_written
 from fiveaxis.cli.work import clock_text
 
 if TYPE_CHECKING:
@@ -185,11 +185,9 @@ def _coloured(row: Row) -> str:
 
 def _print_batch(done: Batch) -> None:
     # Names of a sweep differ at their ends, so they aren't cut; errors are too long for a column.
-    table = Table(Column("job", overflow="fold"), "state", *FIGURES, box=None)
-    for row in done.rows:
-        table.add_row(escape(row.name), _coloured(row), *_figures(row))
     out.print("energy of the feed drives (no base load), and the share saved against the baseline")
-    out.print(table)
+    rows = ((escape(row.name), _coloured(row), *_figures(row)) for row in done.rows)
+    print_table((Column("job", overflow="fold"), "state", *FIGURES), rows)
     for row in done.rows:
         if row.message:
             out.print(f"{row.name}: {row.message}", markup=False, soft_wrap=True)
@@ -208,15 +206,14 @@ def _print_batch(done: Batch) -> None:
 def _print_comparison(comparison: Comparison) -> None:
     from fiveaxis.job import format_value
 
-    keys = (escape(key) for key in comparison.keys)
-    table = Table(*keys, "state", *FIGURES, "against the first", box=None)
+    rows = []
     for row in comparison.rows:
         share = comparison.against_first(row)
         against = "" if share is None or row is comparison.rows[0] else f"{100.0 * share:+.1f} %"
         values = (escape(format_value(row.values[key])) for key in comparison.keys)
-        table.add_row(*values, _coloured(row), *_figures(row), against)
+        rows.append((*values, _coloured(row), *_figures(row), against))
     out.print(f"\nsweep {escape(comparison.name)}")
-    out.print(table)
+    print_table((*map(escape, comparison.keys), "state", *FIGURES, "against the first"), rows)
 
 
 def _figures(row: Row) -> tuple[str, ...]:
@@ -276,11 +273,8 @@ def _print_machines(done: MachineComparison) -> None:
     # What no machine has would only make the others narrow.
     shown = [k for k in range(len(HEADS)) if any(row[k] for row in rows)]
     heads = (Column(HEADS[k].lstrip("#"), justify="right" if HEADS[k][0] == "#" else "left") for k in shown)
-    table = Table(*heads, box=None)
-    for row in rows:
-        table.add_row(*(escape(row[k]) for k in shown))
     out.print("energy of the feed drives (J) with its range; travel of the axes and margin in mm and deg")
-    out.print(table)
+    print_table(heads, ((escape(row[k]) for k in shown) for row in rows))
     for candidate in done.candidates:
         if candidate.row.message:
             out.print(f"{candidate.machine}: {candidate.row.message}", markup=False, soft_wrap=True)

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
-from rich.table import Table
 
 from fiveaxis.base import Calibrate, FitDrive, ReadLog
 from fiveaxis.cli.options import AsJson, flags_of, read_flags, takes
 from fiveaxis.cli.process import write_results
-from fiveaxis.cli.terminal import err, errors_explained, out, print_json, print_written
+from fiveaxis.cli.terminal import err, errors_explained, out, print_json, print_table, print_written
 from fiveaxis.cli.work import shown_work
 
 if TYPE_CHECKING:
@@ -98,12 +97,10 @@ def _write(path: Path, found: Calibration) -> Path:
 
 
 def _print_calibration(found: Calibration, *, with_block: bool) -> None:
-    table = Table("coefficient", "value", "95 % from", "to", "unit", box=None)
-    for c in found.coefficients:
-        table.add_row(c.name, f"{c.value:.4g}", f"{c.low:.4g}", f"{c.high:.4g}", c.unit)
     names = ", ".join(found.logs)
     out.print(f"axis {found.axis}, {found.model} model, {found.rows} rows of {escape(names)}")
-    out.print(table)
+    values = ((c.name, f"{c.value:.4g}", f"{c.low:.4g}", f"{c.high:.4g}", c.unit) for c in found.coefficients)
+    print_table(("coefficient", "value", "95 % from", "to", "unit"), values)
     out.print(
         f"R² {found.r_squared:.4f} ({found.r_squared_moving:.4f} of the rows in motion); "
         f"residual {found.residual_rms:.3g} W rms, {found.noise:.3g} W robust"
@@ -148,14 +145,15 @@ def _print_runs(found: Calibration) -> None:
     """Compare the energy of each run with the drive's, within the bound of acceleration and over all rows."""
     bounded = any(run.time < run.whole_time for run in found.runs)
     heads = ["run", "", "s", "measured J", "drive J", "error", "R²"]
-    table = Table(*heads, *(["all rows J", "drive J", "error"] if bounded else []), box=None)
+    heads += ["all rows J", "drive J", "error"] if bounded else []
+    rows = []
     for run in found.runs:
         cells = [run.name, "held out" if run.held_out else "fitted", f"{run.time:.1f}"]
         cells += [f"{run.measured:.2f}", f"{run.fitted:.2f}", _signed(run.error), f"{run.r_squared:.3f}"]
         if bounded:
             cells += [f"{run.whole_measured:.2f}", f"{run.whole_fitted:.2f}", _signed(run.whole_error)]
-        table.add_row(*map(escape, cells))
-    out.print(table)
+        rows.append(map(escape, cells))
+    print_table(heads, rows)
     out.print(
         f"held-out runs together: {_signed(found.held_out_error)}"
         + (f", all rows {_signed(found.held_out_whole_error)}" if bounded else "")

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
-from rich.table import Table
 
 from fiveaxis.base import OnMachine, Progress
 from fiveaxis.cli.options import ON_MACHINE, PLACING, AsJson, read_flags, takes
@@ -21,6 +20,7 @@ from fiveaxis.cli.terminal import (
     print_budget,
     print_causes,
     print_json,
+    print_table,
     print_written,
     require_machine,
 )
@@ -153,13 +153,12 @@ def _corners(text: str) -> Any:
 
 def _print_blocks(program: ProgramEnergy) -> None:
     letters = program.machine.letters
-    shown = Table("line", "block", "s", "mm/min", *(f"{c} J" for c in letters), "J", box=None)
-    rows = program.each_row()
+    rows, shown = program.each_row(), []
     for row in islice(rows, MOST_SHOWN):
         joules = (f"{row[c]:.2f}" for c in letters)
         cells = (f"{row['time']:.3f}", f"{row['feed_mm_min']:.0f}", *joules, f"{row['energy']:.2f}")
-        shown.add_row(str(row["line"]), escape(row["block"]), *cells)
-    out.print(shown)
+        shown.append((str(row["line"]), escape(row["block"]), *cells))
+    print_table(("line", "block", "s", "mm/min", *(f"{c} J" for c in letters), "J"), shown)
     if next(rows, None) is not None:
         out.print(f"the first {MOST_SHOWN} blocks are shown; -o FILE.csv and --json have all")
 
@@ -178,27 +177,19 @@ def _print_totals(found: Sequence[ProgramEnergy]) -> None:
     letters = found[0].machine.letters
     axes = (f"{c} J" for c in letters)
     totals = ("drives J", "base J", "with base J", "starts", "reversals", "against the first")
-    shown = Table("program", "s", *axes, *totals, box=None)
+    rows: list[tuple[str, ...]] = []
     first = found[0].energy.total
     for program in found:
         spent = program.energy
         joules = (f"{spent.by_axis[c]:.2f}" for c in letters)
         base, total = (("unknown" if v is None else f"{v:.2f}") for v in (spent.base, spent.with_base))
         share = f"{100.0 * (spent.total / first - 1.0):+.1f} %" if program is not found[0] else ""
-        shown.add_row(
-            escape(_name(program, found)),
-            f"{spent.time:.2f}",
-            *joules,
-            f"{spent.total:.2f}",
-            base,
-            total,
-            *(str(sum(n.values())) for n in (spent.steadiness.starts, spent.steadiness.reversals)),
-            share,
-        )
+        own = (escape(_name(program, found)), f"{spent.time:.2f}", *joules, f"{spent.total:.2f}", base, total)
+        rows.append((*own, str(spent.starts), str(spent.reversals), share))
     if len(found) > 1 and len({program.motion.name for program in found}) == 1:
         time, spent_in_all = sum(p.energy.time for p in found), sum(p.energy.total for p in found)
-        shown.add_row("all of these", f"{time:.2f}", *("" for _ in letters), f"{spent_in_all:.2f}")
-    out.print(shown)
+        rows.append(("all of these", f"{time:.2f}", *("" for _ in letters), f"{spent_in_all:.2f}"))
+    print_table(("program", "s", *axes, *totals), rows)
     for program in found:
         error = program.energy.travel_error
         off = "" if error is None else f"; the travel metric is {round(100.0 * error, 1) + 0.0:+.1f} % off it"

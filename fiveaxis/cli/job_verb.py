@@ -7,11 +7,10 @@ from typing import Annotated
 
 import typer
 from rich.markup import escape
-from rich.table import Table
 
 from fiveaxis.base import SettingError
 from fiveaxis.cli.options import AsJson, takes
-from fiveaxis.cli.terminal import err, errors_explained, out, print_json, print_written
+from fiveaxis.cli.terminal import err, errors_explained, print_json, print_table, print_written
 from fiveaxis.cli.work import shown_work
 
 STARTER = Path("job.toml")
@@ -39,10 +38,8 @@ def job(
         entries = list_job_entries()
         if as_json:
             return print_json([entry.as_dict() for entry in entries])
-        table = Table("field", "type", "unit", "default", "meaning", box=None)
-        for entry in entries:
-            default = "required" if entry.default is None else entry.default
-            table.add_row(
-                *(escape(t) for t in (entry.key, entry.kind, entry.unit, default, entry.description))
-            )
-        out.print(table)
+        rows = (
+            (e.key, e.kind, e.unit, "required" if e.default is None else e.default, e.description)
+            for e in entries
+        )
+        print_table(("field", "type", "unit", "default", "meaning"), (map(escape, row) for row in rows))

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
-from rich.table import Table
 
 from fiveaxis.base import (
     CAD_SUFFIXES,
@@ -24,7 +23,15 @@ from fiveaxis.base import (
 )
 from fiveaxis.cli.options import AsJson, takes
 from fiveaxis.cli.process import write_results
-from fiveaxis.cli.terminal import err, errors_explained, out, print_causes, print_json, print_written
+from fiveaxis.cli.terminal import (
+    err,
+    errors_explained,
+    out,
+    print_causes,
+    print_json,
+    print_table,
+    print_written,
+)
 from fiveaxis.cli.verify_verb import PROGRAM, reading_of
 from fiveaxis.cli.work import shown_work
 
@@ -40,6 +47,10 @@ MachineFileName = Annotated[
 ]
 
 
+AXIS_HEADS = (
+    *("axis", "side", "direction", "through, mm"),
+    *("limits", "speed, 1/s", "power + / -", "control counts"),
+)
 MACHINE_SUFFIXES = (".toml", ".ini", ".urdf", ".mch")
 
 # Slow places of an operation that are printed.
@@ -58,11 +69,12 @@ def machines(as_json: AsJson = False) -> None:
         loaded = [load_machine(name) for name in machine_names()]
         if as_json:
             return print_json([{"name": m.name, "code": str(m.code), "axes": m.letters} for m in loaded])
-        table = Table("machine", "code", "kind", "powers", "description", box=None)
-        for m in loaded:
-            powers = "own" if m.has_powers else "estimated"
-            table.add_row(m.name, str(m.code), m.code.kind, powers, escape(m.description))
-        out.print(table)
+        powers = ("own" if m.has_powers else "estimated" for m in loaded)
+        rows = (
+            (m.name, str(m.code), m.code.kind, p, escape(m.description))
+            for m, p in zip(loaded, powers, strict=True)
+        )
+        print_table(("machine", "code", "kind", "powers", "description"), rows)
 
 
 @takes()
@@ -178,7 +190,8 @@ def _print_operations(path: Path, machine: str | None, reading: Reading, *, as_j
     control = f", control {first.control}" if first.control else ", its words don't tell the control"
     out.print(f"{path.name}: {first.language}{control}, {first.unit}", markup=False, highlight=False)
     heads = ["", "lines", "kind", "tool", "S", "coolant", "zero", "rows", "cut mm", "cut s", "tip mm/min"]
-    table = Table(*heads, *(() if seen is None else ("s", "J", "starts", "reversals", "lost s")), box=None)
+    heads += [] if seen is None else ["s", "J", "starts", "reversals", "lost s"]
+    rows = []
     for number, each in enumerate(facts):
         at = each.operation
         kind = at.kind + (", TCP" if at.tcp else "") + (", plane" if at.plane is not None else "")
@@ -191,8 +204,8 @@ def _print_operations(path: Path, machine: str | None, reading: Reading, *, as_j
         cells += [length, f"{each.cut_time:.1f}", feeds]
         if seen is not None:
             cells += _costs(seen.operations[number])
-        table.add_row(*cells)
-    out.print(table)
+        rows.append(cells)
+    print_table(heads, rows)
     for each in facts:
         if each.operation.why:
             what = f"{each.operation.number} can't be read: {each.operation.why}"
@@ -287,15 +300,13 @@ def _print_sheet(sheet: dict[str, Any], code: FormShapingCode) -> None:
         out.print(escape(f"not every position: {sheet['positioning']}"))
     for line in _orientation_lines(sheet["orientation"]):
         out.print(escape(line))
-    out.print(_axis_table(sheet))
+    print_table(AXIS_HEADS, _axis_rows(sheet))
     if sheet["base_power"] is not None:
         out.print(f"base power {sheet['base_power']:g} W")
     if sheet["figures"]:
-        table = Table("figure", "value", "source", box=None)
-        for figure in sheet["figures"]:
-            origin = ("assumed: " if figure["assumed"] else "") + figure["source"]
-            table.add_row(figure["figure"], escape(figure["value"]), escape(origin))
-        out.print(table)
+        origins = (("assumed: " if f["assumed"] else "") + f["source"] for f in sheet["figures"])
+        rows = zip(sheet["figures"], map(escape, origins), strict=True)
+        print_table(("figure", "value", "source"), ((f["figure"], escape(f["value"]), o) for f, o in rows))
     if sheet["to_measure"] is not None:
         _print_missing(sheet["to_measure"])
 
@@ -324,34 +335,21 @@ def _orientation_lines(orientation: dict[str, Any]) -> Iterator[str]:
     )
 
 
-def _axis_table(sheet: dict[str, Any]) -> Table:
-    names = (
-        "axis",
-        "side",
-        "direction",
-        "through, mm",
-        "limits",
-        "speed, 1/s",
-        "power + / -",
-        "control counts",
-    )
-    table = Table(*names, box=None)
+def _axis_rows(sheet: dict[str, Any]) -> Iterator[tuple[str, ...]]:
     for joint in sheet["chain"]:
         letter = joint["axis"]
         unit = "deg" if letter in "ABC" else "mm"
         at = joint.get("point", ())
         point = "unknown" if at is None else _vector(at) if at else ""
         speed = "unknown" if sheet["speeds"][letter] is None else f"{sheet['speeds'][letter]:g} {unit}/s"
-        power = sheet["powers"][letter]
-        powers = _power(power)
+        powers = _power(sheet["powers"][letter])
         counted = "reversed" if letter in sheet["reversed"] else ""
         counted = "unknown" if f"{letter}.counts" in sheet["unknown"] else counted
         direction = _vector(joint["direction"])
         low, high = sheet["limits"][letter]
         open_ended = "endless" if letter in "ABC" else "unknown"
         limits = open_ended if low is high is None else f"{_end(low)} … {_end(high)} {unit}"
-        table.add_row(letter, joint["side"], direction, point, limits, speed, powers, counted)
-    return table
+        yield letter, joint["side"], direction, point, limits, speed, powers, counted
 
 
 def _power(power: dict[str, Any] | None) -> str:
@@ -402,13 +400,11 @@ def print_faces(path: Path, tool: str | None, unit: Unit | None, body: str | Non
     out.print(f"part {size_text(size)}, {'closed' if mesh.is_watertight else 'open'}", highlight=False)
     for number, name in bodies.items():
         out.print(f"body {number}: {name}", markup=False, highlight=False)
-    out.print(_table(sheets, radius))
-
-
-def _table(sheets: tuple[FaceSheet, ...], radius: float | None) -> Table:
     heads = ["face", "body", "kind", "area mm²", "normal", "spread °", "overhang %", "hollow mm"]
-    heads += ["ball"] * (radius is not None) + ["colour", "layer"]
-    table = Table(*heads, box=None)
+    print_table([*heads, *["ball"] * (radius is not None), "colour", "layer"], _face_rows(sheets, radius))
+
+
+def _face_rows(sheets: Sequence[FaceSheet], radius: float | None) -> Iterator[list[str]]:
     for sheet in sheets:
         face = sheet.face
         row = [str(face.number), str(face.body), face.kind, f"{face.area:.2f}"]
@@ -417,5 +413,4 @@ def _table(sheets: tuple[FaceSheet, ...], radius: float | None) -> Table:
         row += [f"{sheet.hollow:.2f}" if math.isfinite(sheet.hollow) else ""]
         if radius is not None:
             row += ["fits" if sheet.takes(radius) else "too large"]
-        table.add_row(*row, face.colour, escape(face.layer))
-    return table
+        yield [*row, face.colour, escape(face.layer)]

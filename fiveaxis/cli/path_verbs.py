@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
-from rich.table import Table
 from rich.text import Text
 
 from fiveaxis.base import (
@@ -57,6 +56,7 @@ from fiveaxis.cli.terminal import (
     print_first_run,
     print_json,
     print_release,
+    print_table,
     print_written,
 )
 from fiveaxis.cli.work import Work, shown_work
@@ -358,15 +358,15 @@ def _print_outcome(outcome: Outcome) -> None:
 
 def _print_operations(made: RevisedProgram) -> None:
     """Print what became of each operation: time, starts and reversals, energy of its lines before and now."""
-    table = Table("", "lines", "kind", "tool", "s", "now", "events", "now", "J", "now", "", box=None)
+    rows: list[tuple[str, ...]] = []
     for part in made.parts:
         at = part.operation
         what = part.verdict if part.verdict != "stays" else f"stays: {part.why}"
         lines = f"{at.first_line}-{at.last_line}"
-        table.add_row(str(at.number), lines, at.kind, at.tool, *_before_and_now([part]), what)
+        rows.append((str(at.number), lines, at.kind, at.tool, *_before_and_now([part]), what))
     if len(made.parts) > 1:
-        table.add_row("", "", "all", "", *_before_and_now(made.parts), made.verdict)
-    out.print(table)
+        rows.append(("", "", "all", "", *_before_and_now(made.parts), made.verdict))
+    print_table(("", "lines", "kind", "tool", "s", "now", "events", "now", "J", "now", ""), rows)
     out.print("events: starts and reversals of axes; all of whole operations, approach and retract included")
     if any(part.before is None for part in made.parts):
         out.print("?: the lines don't say it, as of rapid moves of unknown speed (--rapid) or place (--zero)")
@@ -443,13 +443,13 @@ def _print_answer(answer: Answer, colour: str = "") -> None:
 
 def _print_compared(document: ReportDocument) -> None:
     """Print the programs side by side, by the measure of the headline."""
-    table = Table("program", "J", "saved", "s", "starts", "reversals", box=None)
+    rows = []
     for name, energy in document.solution.energies.items():
         share = document.saved(name, document.measure) if name in document.solution.baselines else None
         saved = "" if share is None else f"{100.0 * share:.1f} %"
         joules = f"{getattr(energy, document.measure):.0f}"
-        table.add_row(name, joules, saved, f"{energy.time:.1f}", str(energy.starts), str(energy.reversals))
-    out.print(table)
+        rows.append((name, joules, saved, f"{energy.time:.1f}", str(energy.starts), str(energy.reversals)))
+    print_table(("program", "J", "saved", "s", "starts", "reversals"), rows)
 
 
 def _print_front(front: FrontPrograms) -> None:
@@ -460,9 +460,8 @@ def _print_front(front: FrontPrograms) -> None:
     slower = any(each.point.slowest < 1.0 for each in front.points)
     heads = ["number", "J", *["with base J"] * based, "program s", "bends rad²", "deg/mm"]
     heads += [*["least feed"] * slower, "program", ""]
-    table = Table(*heads, box=None)
-    for each in front.points:
-        table.add_row(
+    rows = [
+        (
             str(each.number),
             f"{each.point.energy.total:.1f}",
             *["" if each.point.energy.with_base is None else f"{each.point.energy.with_base:.1f}"] * based,
@@ -473,8 +472,10 @@ def _print_front(front: FrontPrograms) -> None:
             "released" if each.released else "kept back",
             RESULT if each.number == front.picked else "",
         )
+        for each in front.points
+    ]
     out.print("solutions of the front (--pick delivers another one)")
-    out.print(table)
+    print_table(heads, rows)
 
 
 def _print_energies(solution: Optimum) -> None:
@@ -487,7 +488,7 @@ def _print_energies(solution: Optimum) -> None:
     kinds = [] if kinds == ["cut"] else kinds
     heads = (head for kind in kinds for head in (f"{KINDS[kind]} J", "s"))
     axes = (f"{c} J" for c in solution.machine.letters)
-    table = Table("program", "J", "saved", *axes, "s", "travel J", *heads, box=None)
+    rows = []
     for name, energy in energies.items():
         saved = f"{100.0 * savings[name]:.1f} %" if name in savings else ""
         if name in ranges:
@@ -501,9 +502,9 @@ def _print_energies(solution: Optimum) -> None:
             for text in (("", "") if share is None else (f"{share.total:.0f}", f"{share.time:.1f}"))
         ]
         own = (f"{energy.total:.0f}", saved, *joules, f"{energy.time:.1f}", f"{energy.travel:.0f}")
-        table.add_row(name, *own, *apart)
+        rows.append((name, *own, *apart))
     out.print("energy of whole programs; feed drives only, no base load")
-    out.print(table)
+    print_table(("program", "J", "saved", *axes, "s", "travel J", *heads), rows)
     if ranges:
         out.print(
             f"saved (least…most): on {DRAWN} machines drawn from the bands of the estimated powers",
@@ -518,13 +519,12 @@ def _print_times(solution: Optimum) -> None:
     """Print how long the control takes for the programs' blocks, where accelerations are known."""
     if solution.energy.timing == "programmed":
         return
-    table = Table("program", "s", "saved", "at the feed s", box=None)
-    savings = solution.time_savings()
+    rows, savings = [], solution.time_savings()
     for name, energy in solution.energies.items():
         saved = f"{100.0 * savings[name]:.2f} %" if name in savings else ""
-        table.add_row(name, f"{energy.time:.2f}", saved, f"{energy.feed_time:.2f}")
+        rows.append((name, f"{energy.time:.2f}", saved, f"{energy.feed_time:.2f}"))
     out.print(f"time of the same blocks, {solution.clock.basis}", markup=False)
-    out.print(table)
+    print_table(("program", "s", "saved", "at the feed s"), rows)
 
 
 def _print_setup(found: SetupSearched) -> None:

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.table import Table
 
 from fiveaxis.base import Framing, Progress, SettingError, Writing, group_findings, require_new
 from fiveaxis.cli.options import NC, WRITING, AsJson, read_flags, takes
@@ -18,6 +17,7 @@ from fiveaxis.cli.terminal import (
     print_causes,
     print_json,
     print_release,
+    print_table,
     print_written,
 )
 from fiveaxis.cli.verify_verb import CHECKING, PathToFollow, load_checked, reading_of
@@ -46,11 +46,11 @@ def controls(as_json: AsJson = False) -> None:
         }
         if as_json:
             return print_json(rows)
-        table = Table("control", "title", "file", "coordinates", "winding", box=None)
-        for name, dialect in DIALECTS.items():
-            windings = ", ".join(dialect.windings)
-            table.add_row(name, dialect.title, dialect.suffix, ", ".join(dialect.modes), windings)
-        out.print(table)
+        listed = (
+            (name, dialect.title, dialect.suffix, ", ".join(dialect.modes), ", ".join(dialect.windings))
+            for name, dialect in DIALECTS.items()
+        )
+        print_table(("control", "title", "file", "coordinates", "winding"), listed)
         out.print("others: --control MY.toml, a table with the differences to one of these (based_on)")
 
 

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 from rich.console import Console
 from rich.markup import escape
+from rich.table import Column, Table
 
 from fiveaxis.base import (
     AlreadyBetter,
@@ -88,6 +89,14 @@ def errors_explained(as_json: bool) -> Iterator[list[Path]]:
 def print_json(document: Any) -> None:
     """Print a document, in ASCII, which every terminal and pipe accepts."""
     write_results(json.dumps(document, indent=2) + "\n")
+
+
+def print_table(heads: Iterable[str | Column], rows: Iterable[Iterable[str]]) -> None:
+    """Print a table on stdout."""
+    table = Table(*heads, box=None)
+    for row in rows:
+        table.add_row(*row)
+    out.print(table)
 
 
 def print_causes(causes: Iterable[Cause], console: Console, before: str = "") -> None:

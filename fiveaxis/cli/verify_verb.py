@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.table import Table
 
 from fiveaxis.base import (
     CadFile,
@@ -44,6 +43,7 @@ from fiveaxis.cli.terminal import (
     print_causes,
     print_filled,
     print_json,
+    print_table,
     require_machine,
 )
 from fiveaxis.cli.work import shown_work
@@ -310,7 +310,4 @@ def _print_codes(as_json: bool) -> None:
             for name, c in CODES.items()
         }
         return print_json(rows)
-    table = Table("code", "at worst", "meaning", box=None)
-    for name, code in CODES.items():
-        table.add_row(name, code.severity, code.meaning)
-    out.print(table)
+    print_table(("code", "at worst", "meaning"), ((name, c.severity, c.meaning) for name, c in CODES.items()))
