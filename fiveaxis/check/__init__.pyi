@@ -13,6 +13,7 @@ from .collision.surroundings import ClearanceTable as ClearanceTable
 from .collision.surroundings import Fixture as Fixture
 from .collision.surroundings import FixtureTable as FixtureTable
 from .collision.surroundings import Surroundings as Surroundings
+from .collision.surroundings import shape_triangles as shape_triangles
 from .placing.offset import as_it_runs as as_it_runs
 from .placing.offset import choose_offset as choose_offset
 from .placing.offset import in_words as in_words

@@ -56,7 +56,7 @@ class Recorder:
 
         Parameters
         ----------
-        geometry : of `box`, `cylinder`, `triangles` or `segments`
+        geometry : of `triangles` or `segments`
         look : what differs from `LOOK`
         kind, material : three.js' classes
         """
@@ -89,17 +89,6 @@ class Recorder:
 
     def _send(self, command: Mapping[str, Any]) -> None:
         self.commands.append(import_module("umsgpack").packb(command))
-
-
-def box(size: Sequence[float]) -> dict[str, Any]:
-    """Make the geometry of a box about the origin, (3,) mm."""
-    return {"type": "BoxGeometry", "width": size[0], "height": size[1], "depth": size[2]}
-
-
-def cylinder(radius: float, height: float) -> dict[str, Any]:
-    """Make the geometry of a cylinder along y about the origin, mm."""
-    sides = {"radiusTop": radius, "radiusBottom": radius, "height": height, "radialSegments": 50}
-    return {"type": "CylinderGeometry", **sides}
 
 
 def triangles(vertices: Array, faces: IntArray, colours: Array | None = None) -> dict[str, Any]:

@@ -7,26 +7,31 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from fiveaxis.base import Array, Finding, Severity, inverse_transform
+from fiveaxis.base import Array, Finding, IntArray, Severity, inverse_transform
 from fiveaxis.cam import Mesh, Model
-from fiveaxis.check import Standing, Surroundings, box_corners, with_nose, with_stated_table
-from fiveaxis.model import BED, CUTTER, HOLDER, SHANK, Body, Machine, Tool, Toolpath, link_poses, tool_poses
+from fiveaxis.check import Standing, Surroundings, box_corners, shape_triangles, with_nose, with_stated_table
+from fiveaxis.model import (
+    BED,
+    CUTTER,
+    HOLDER,
+    SHANK,
+    Body,
+    Machine,
+    Shape,
+    Tool,
+    Toolpath,
+    link_poses,
+    tool_poses,
+)
 from fiveaxis.show.viewer.moves import Side, shown_points
 from fiveaxis.show.viewer.numbers import number_marks
 from fiveaxis.show.viewer.recorder import BY_VERTEX, Recorder, segments, triangles
 from fiveaxis.show.viewer.schematic import schematic_bodies
 from fiveaxis.show.viewer.shown import UNKNOWN, Shown
-from fiveaxis.show.viewer.solids import (
-    corners,
-    is_flat,
-    make_geometry,
-    mesh_geometry,
-    pose_of,
-    scatter_marks,
-)
 
 ROOT = "fiveaxis"
 STAGE = f"{ROOT}/stage"
@@ -51,6 +56,12 @@ MARK_COLOURS = {Severity.ERROR: 0xFF4D5E, Severity.WARNING: 0xFFB224, Severity.N
 MACHINE_OPACITY, ASSUMED_OPACITY = 0.3, 0.15
 # Most triangles of part and stock, and of each fixture and machine body, which serve orientation only.
 MOST_PART_TRIANGLES, MOST_TRIANGLES = 150_000, 20_000
+# Corners and faces of an octahedron of radius 1, anticlockwise seen from outside.
+CORNERS = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=float)
+FACES = np.array(
+    [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]], dtype=np.int64
+)
+
 # Diameters: length of the shank drawn if the tool has no holder.
 SHANK_LENGTH = 4.0
 
@@ -122,7 +133,7 @@ def build_scene(recorder: Recorder, shown: Shown) -> Scene:
     for number, tool in enumerate(shown.tools):
         node = f"{STAGE}/tool/{number}" if several else f"{STAGE}/tool"
         add_tool(recorder, node, tool or UNKNOWN, machine.tool_length)
-    boxes = [box_corners(part_box.low, part_box.high), *(corners(f.shape) for f in around.fixtures)]
+    boxes = [box_corners(part_box.low, part_box.high), *(_corners(f.shape) for f in around.fixtures)]
     extents = _extents(machine, shown.sides[0], np.vstack(boxes), tool_height, bodies)
     _set_stage(recorder, max(own, part_box.size))
     return Scene(extents, model is not None, marked, tuple(body.assumed for body in assumed))
@@ -152,7 +163,7 @@ def _extents(
     for ends, bed in zip(tool, beds, strict=True):
         to_machine = machine.setup.frame @ inverse_transform(bed)
         moved.append(np.vstack([points, ends]) @ to_machine[:3, :3].T + to_machine[:3, 3])
-    drawn = [corners(body.shape) for body in bodies]
+    drawn = [_corners(body.shape) for body in bodies]
     work = np.vstack(moved)
     return {
         "part": Extent.of(np.vstack([points, tool.reshape(-1, 3)])),
@@ -177,7 +188,7 @@ def _set_stage(recorder: Recorder, size: float) -> None:
 
 def add_part(recorder: Recorder, root: str, mesh: Mesh) -> None:
     """Add the finished part, half transparent."""
-    geometry = mesh_geometry(mesh.vertices, mesh.faces, MOST_PART_TRIANGLES)
+    geometry = triangles(*thin_mesh(mesh.vertices, mesh.faces, MOST_PART_TRIANGLES))
     look = {"color": PART_COLOUR, "opacity": 0.55, "flatShading": True, "depthWrite": False}
     recorder.add(f"{root}/part", "part", geometry, look)
 
@@ -192,29 +203,26 @@ def add_numbers(recorder: Recorder, root: str, model: Model) -> None:
 def add_surroundings(recorder: Recorder, root: str, around: Surroundings) -> None:
     """Add fixtures, and a stock that isn't cut, hidden at first."""
     if around.stock is not None and around.blank is None:
-        geometry = mesh_geometry(around.stock.vertices, around.stock.faces, MOST_PART_TRIANGLES)
+        geometry = triangles(*thin_mesh(around.stock.vertices, around.stock.faces, MOST_PART_TRIANGLES))
         look = {"color": STOCK_COLOUR, "opacity": 0.25, "flatShading": True, "depthWrite": False}
         recorder.add(f"{root}/stock", "stock", geometry, look)
         recorder.set(f"{root}/stock", "visible", False)
     # Numbered, as a name may contain any characters.
     for i, fixture in enumerate(around.fixtures):
         name = f"fixtures/{i}"
-        geometry = make_geometry(fixture.shape, MOST_TRIANGLES)
-        look = {"color": FIXTURE_COLOUR, "flatShading": is_flat(fixture.shape)}
-        recorder.add(f"{root}/{name}", name, geometry, look)
-        recorder.place(f"{root}/{name}", pose_of(fixture.shape))
+        look = {"color": FIXTURE_COLOUR, "flatShading": True}
+        recorder.add(f"{root}/{name}", name, _geometry(fixture.shape), look)
 
 
 def add_bodies(recorder: Recorder, node: str, machine: Machine, bodies: Sequence[Body]) -> None:
     """Add the bodies of a machine, one object each, below a node per link; every axis at 0."""
     for i, body in enumerate(bodies):
         name = f"{node}/{body.link}/{i}"
-        geometry = make_geometry(body.shape, MOST_TRIANGLES)
         opacity = ASSUMED_OPACITY if body.assumed else MACHINE_OPACITY
         look = {"color": _body_colour(body, machine), "opacity": opacity}
-        look |= {"flatShading": is_flat(body.shape), "depthWrite": False}
-        recorder.add(name, name, geometry, look)
-        recorder.place(name, machine.machine_frame @ pose_of(body.shape))
+        look |= {"flatShading": True, "depthWrite": False}
+        recorder.add(name, name, _geometry(body.shape), look)
+        recorder.place(name, machine.machine_frame)
 
 
 def add_tool(recorder: Recorder, node: str, tool: Tool, length: float = 0.0) -> None:
@@ -273,3 +281,57 @@ def _body_colour(body: Body, machine: Machine) -> int:
     if body.link not in machine.code.letters:
         return BED_COLOUR
     return TABLE_COLOUR if body.link in machine.code.table else HEAD_COLOUR
+
+
+def _solid(shape: Shape) -> Mesh:
+    """Return a shape as collision checks see it, where it is placed."""
+    corners = shape_triangles(shape).reshape(-1, 3)
+    return Mesh(corners, np.arange(len(corners)).reshape(-1, 3)).merged()
+
+
+def _corners(shape: Shape) -> Array:
+    """Return the corners of a shape's box, (8, 3) mm."""
+    return box_corners(*_solid(shape).bounds)
+
+
+def _geometry(shape: Shape) -> dict[str, Any]:
+    solid = _solid(shape)
+    return triangles(*thin_mesh(solid.vertices, solid.faces, MOST_TRIANGLES))
+
+
+def scatter_marks(points: Array, radius: float) -> tuple[Array, IntArray]:
+    """Make one mesh, (6 m, 3) mm and (8 m, 3), with an octahedron at every point, (m, 3) mm."""
+    vertices = (points[:, None] + radius * CORNERS).reshape(-1, 3)
+    first = len(CORNERS) * np.arange(len(points))
+    return vertices, (first[:, None, None] + FACES).reshape(-1, 3)
+
+
+def thin_mesh(vertices: Array, faces: IntArray, most: int) -> tuple[Array, IntArray]:
+    """Merge neighbouring vertices of a mesh until it has at most `most` triangles.
+
+    Returns
+    -------
+    vertices, faces : (v, 3) mm and (f, 3); unchanged if few enough, else on a grid as fine as `most` allows
+    """
+    cells = 1024
+    thin = vertices, faces
+    while len(thin[1]) > most:
+        thin = _merge_cells(vertices, faces, cells)
+        # The number of triangles grows with the square of the cells, which nearly gives the right grid.
+        cells = int(cells * min(0.95, np.sqrt(most / max(len(thin[1]), 1))))
+    return thin
+
+
+def _merge_cells(vertices: Array, faces: IntArray, cells: int) -> tuple[Array, IntArray]:
+    low, size = vertices.min(axis=0), float(np.ptp(vertices, axis=0).max())
+    x, y, z = np.round((vertices - low) / size * cells).astype(np.int64).T
+    # One number per cell, as unique rows take a hundred times as long.
+    _, first, merged = np.unique(
+        (x * (cells + 1) + y) * (cells + 1) + z, return_index=True, return_inverse=True
+    )
+    joined = merged[faces]
+    a, b, c = joined.T
+    kept = joined[(a != b) & (b != c) & (c != a)]
+    a, b, c = np.sort(kept, axis=1).T
+    _, pair = np.unique(a * len(first) + b, return_inverse=True)
+    return vertices[first], kept[np.sort(np.unique(pair * len(first) + c, return_index=True)[1])]

@@ -11,7 +11,7 @@ import fiveaxis as fx
 from fiveaxis.base.errors import Infeasible, JobError, MeshError
 from fiveaxis.check import Clearances, Fixture, Surroundings
 from fiveaxis.job import clearing, make_job, read_job, run_job, write_outcome
-from fiveaxis.job.obstruction import colliding_rows
+from fiveaxis.job.clearing import colliding_rows
 from fiveaxis.job.task import Task
 from fiveaxis.model import Box, Constraints
 from fiveaxis.model.toolpath.tool import Holder, Section

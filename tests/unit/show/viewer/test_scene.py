@@ -14,9 +14,15 @@ from fiveaxis.model import Box, Cylinder, MoveKind, Tool, parse_tool, tool_poses
 from fiveaxis.model.toolpath.tool import Holder, Section
 from fiveaxis.show.viewer.moves import LIFT, shown_points
 from fiveaxis.show.viewer.recorder import Recorder
-from fiveaxis.show.viewer.scene import FIXTURE_COLOUR, PART_COLOUR, STOCK_COLOUR, build_scene, tool_outlines
+from fiveaxis.show.viewer.scene import (
+    FIXTURE_COLOUR,
+    PART_COLOUR,
+    STOCK_COLOUR,
+    build_scene,
+    scatter_marks,
+    tool_outlines,
+)
 from fiveaxis.show.viewer.shown import Beside, shown_of
-from fiveaxis.show.viewer.solids import scatter_marks
 
 # mm: single precision, as used by browsers, up to a metre away.
 SINGLE = 1e-4
@@ -126,9 +132,13 @@ def test_part_stock_and_fixtures_have_their_colours_and_poses(solution, part):
     colours = {"part": PART_COLOUR, "stock": STOCK_COLOUR}
     colours |= {"fixtures/0": FIXTURE_COLOUR, "fixtures/1": FIXTURE_COLOUR}
     assert {name: objects[root + name]["materials"][0]["color"] for name in colours} == colours
-    placed = {c["path"]: np.reshape(c["matrix"], (4, 4)).T for c in commands if c["type"] == "set_transform"}
-    np.testing.assert_allclose(placed[root + "fixtures/0"][:3, 3], [60.0, 0.0, 0.0])
-    np.testing.assert_allclose(placed[root + "fixtures/1"][:3, 1], [1.0, 0.0, 0.0], atol=1e-12)
+    shown = (objects[f"{root}fixtures/{number}"]["geometries"][0]["data"] for number in range(2))
+    corners = [floats(data["attributes"]["position"]) for data in shown]
+    ends = [np.stack([each.min(axis=0), each.max(axis=0)]) for each in corners]
+    np.testing.assert_allclose(ends[0], [[59.5, -1.0, -1.5], [60.5, 1.0, 1.5]])
+    # The post lies along X.
+    np.testing.assert_allclose(ends[1][:, 0], [-20.0, 20.0], atol=SINGLE)
+    np.testing.assert_allclose(np.ptp(ends[1], axis=0)[1:], 10.0, rtol=1e-2)
 
 
 def test_the_first_view_holds_fixtures_and_the_whole_tool(solution, part):

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from fiveaxis.show.viewer.solids import thin_mesh
+from fiveaxis.show.viewer.scene import thin_mesh
 
 MOST = 150_000
 
