@@ -165,12 +165,10 @@ def live_table(console: Console) -> Iterator[Listener]:
 
 
 def _where(event: Event) -> str:
-    """Return the worker that runs a job, and its process."""
     return f"{event.worker} (pid {event.pid})" if event.pid is not None else ""
 
 
 def _summary(row: Row) -> str:
-    """Summarise the result of a job in one line."""
     if row.energy is None:
         return f"{row.status}: {row.message}"
     share = "saving not known" if row.saved is None else f"{100.0 * row.saved:.1f} % less than {row.baseline}"

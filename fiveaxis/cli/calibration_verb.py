@@ -83,7 +83,6 @@ def calibrate(
 
 
 def _write(path: Path, found: Calibration) -> Path:
-    """Write the block, the table of the rows or the figure, by the suffix."""
     from fiveaxis.base import columns_text, write_atomically
     from fiveaxis.show import write_calibration_figure
 

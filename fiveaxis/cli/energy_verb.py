@@ -119,7 +119,6 @@ def energy(
 
 
 def _write(path: Path, found: Sequence[ProgramEnergy]) -> Path:
-    """Write the table of the blocks, or the figure, by the suffix."""
     from fiveaxis.base import csv_text, write_atomically
     from fiveaxis.show import write_program_figure
 

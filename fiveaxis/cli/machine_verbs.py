@@ -167,7 +167,6 @@ def _require_readable(path: Path) -> None:
 
 
 def _print_operations(path: Path, machine: str | None, reading: Reading, *, as_json: bool) -> None:
-    """Print the operations of a program or CL file as a table."""
     from fiveaxis.nc import ProgramReading, measure_operations
     from fiveaxis.show import look
 
@@ -222,7 +221,6 @@ def _print_operations(path: Path, machine: str | None, reading: Reading, *, as_j
 
 
 def _costs(seen: OperationLook) -> list[str]:
-    """Return what an operation takes, as cells of a table."""
     spent = seen.energy
     if spent is None:
         return ["?"] * 5
@@ -231,7 +229,6 @@ def _costs(seen: OperationLook) -> list[str]:
 
 
 def _print_slow(seen: OperationLook) -> None:
-    """Print where an operation is slow, and why."""
     number = seen.facts.operation.number
     if seen.fault:
         out.print(f"{number} has no price: {seen.fault}", markup=False, soft_wrap=True)

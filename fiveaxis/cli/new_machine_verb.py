@@ -171,7 +171,6 @@ def _is_zero(letter: str, machine: Machine) -> bool:
 
 
 def _print_pivots(machine: Machine) -> None:
-    """Show which dimensions the next answers state."""
     missing = dimensions(machine)
     if missing:
         alarm.print(f"Zero of the machine frame is {zero_of(machine)}, every axis at 0.", markup=False)
@@ -190,7 +189,6 @@ def _require_new(output: Path | None) -> None:
 
 
 def _read_answers(options: Mapping[str, Any]) -> Answers:
-    """Collect what the options answer."""
     answers: Answers = {}
     for question in QUESTIONS:
         name, text = question.name, options[question.name.replace("-", "_")]
@@ -200,7 +198,6 @@ def _read_answers(options: Mapping[str, Any]) -> Answers:
 
 
 def _report(findings: tuple[Finding, ...]) -> None:
-    """Print what the check found; raise `SettingError` for an error."""
     worst = next((f for f in findings if f.severity is Severity.ERROR), None)
     if worst is not None:
         raise SettingError(f"{worst.message}; no file was written")

@@ -171,7 +171,6 @@ def optimise(
 
 
 def _revise(job: Job, output: Path | None, work: Work, written: list[Path], *, as_json: bool) -> None:
-    """Revise a program's operations in place, and say what became of each."""
     from fiveaxis.job import revise_operations, write_revised
 
     made = work.run(partial(revise_operations, job))
@@ -212,7 +211,6 @@ def preview(
 
 
 def _result(options: Mapping[str, Any], work: Work, *, browser: bool) -> Preview:
-    """Run a job, and show the result."""
     from fiveaxis.job import run_job
     from fiveaxis.show import preview as show
 
@@ -228,7 +226,6 @@ def _result(options: Mapping[str, Any], work: Work, *, browser: bool) -> Preview
 
 
 def _as_it_is(options: Mapping[str, Any], work: Work, *, browser: bool) -> Preview:
-    """Show all operations of a program as they are, or the chosen ones."""
     from fiveaxis.cli.verify_verb import reading_of
     from fiveaxis.job import load_job_machine, load_surroundings, require_input
     from fiveaxis.show import Showing, show_operations
@@ -334,7 +331,6 @@ def _known(value: float) -> float | None:
 
 
 def _plan_facts(document: Mapping[str, Any]) -> list[str]:
-    """Say what a plan's file has, and what was left out of it."""
     left = " and ".join(f"{count} {what}" for what, count in document["left_out"].items() if count)
     counts = [f"{document[what]} {what}" for what in ("locations", "passes")]
     return [*counts, f"{document['length_mm']} mm", f"left out {left or 'nothing'}"]
@@ -428,7 +424,6 @@ def _print_details(outcome: Outcome) -> None:
 
 
 def _print_answer(answer: Answer, colour: str = "") -> None:
-    """Print one of the report's answers in lines of at most `WIDTH` characters."""
     said = Text(fill(f"{answer.question} {answer.text}", WIDTH, subsequent_indent="  "), colour)
     said.stylize("bold", 0, len(answer.question))
     out.print(said, soft_wrap=True, highlight=False)
@@ -442,7 +437,6 @@ def _print_answer(answer: Answer, colour: str = "") -> None:
 
 
 def _print_compared(document: ReportDocument) -> None:
-    """Print the programs side by side, by the measure of the headline."""
     rows = []
     for name, energy in document.solution.energies.items():
         share = document.saved(name, document.measure) if name in document.solution.baselines else None
@@ -453,7 +447,6 @@ def _print_compared(document: ReportDocument) -> None:
 
 
 def _print_front(front: FrontPrograms) -> None:
-    """Print the solutions from the cheapest program to the fastest or steadiest one."""
     from fiveaxis.posture import RESULT
 
     based = front.with_base
@@ -479,7 +472,6 @@ def _print_front(front: FrontPrograms) -> None:
 
 
 def _print_energies(solution: Optimum) -> None:
-    """Print whole programs side by side: energy by axis and by kind of move, time, and travel metric."""
     from fiveaxis.model import DRAWN
 
     energies, savings = solution.energies, solution.savings()
@@ -516,7 +508,6 @@ def _print_energies(solution: Optimum) -> None:
 
 
 def _print_times(solution: Optimum) -> None:
-    """Print how long the control takes for the programs' blocks, where accelerations are known."""
     if solution.energy.timing == "programmed":
         return
     rows, savings = [], solution.time_savings()
@@ -528,7 +519,6 @@ def _print_times(solution: Optimum) -> None:
 
 
 def _print_setup(found: SetupSearched) -> None:
-    """Print the chosen setup."""
     chosen, given = found.chosen, found.given
     values = f"offset {list(chosen.offset)} mm, rotation {list(chosen.rotation_deg)} deg"
     if chosen == given:

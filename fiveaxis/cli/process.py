@@ -102,7 +102,6 @@ def _nowhere() -> TextIO:
 
 
 def _describe(fault: Exception) -> str:
-    """Describe a fault of the program: one line, and the traceback if details were asked for."""
     import logging
     import traceback
 

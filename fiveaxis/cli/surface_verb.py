@@ -93,7 +93,6 @@ def surface(
 
 
 def _at_tip(source: str, options: Mapping[str, Any]) -> Drawn:
-    """Compute the surface of a tip."""
     from fiveaxis.show import tip_surface
 
     tip = parse_numbers(source, 3, "X,Y,Z")
@@ -113,7 +112,6 @@ def _at_tip(source: str, options: Mapping[str, Any]) -> Drawn:
 
 
 def _of_job(source: Path, options: Mapping[str, Any], progress: Progress) -> Drawn:
-    """Run a job, and compute the surface at one of its locations or the valley along its path."""
     from fiveaxis.job import clear_postures, read_job, run_job
     from fiveaxis.show import location_surface, path_valley
 

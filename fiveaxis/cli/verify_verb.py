@@ -147,7 +147,6 @@ def verify(
 
 
 def _save_stock(reports: Iterable[Report], result: Path | None, picture: Path | None) -> None:
-    """Write the stock that the last operation leaves, and the map of the finished part."""
     from fiveaxis.check import save_stock
     from fiveaxis.show import write_finished
 
@@ -251,7 +250,6 @@ def set_up(machine: Machine, options: Mapping[str, Any]) -> Machine:
 
 
 def _moved(job: Job, options: Mapping[str, Any]) -> Job:
-    """Return a job with the machine and the setup that the options give in place of its own."""
     shape = options["path_shape"]
     changed = read_flags(OnMachine, options) | ({} if shape is None else {"path_shape": shape})
     setup = job.setup.model_copy(update=read_flags(Placing, options))

@@ -52,7 +52,6 @@ def _unplaced(value: Any, files: Set[str]) -> Any:
 
 
 def _hash_inputs(job: Job) -> Iterator[tuple[str, str]]:
-    """Hash everything that a job names, by the key that names it."""
     # The job, controls and machines are hashed by what they say, with the files that they name.
     files = [(use, path) for use, path in input_files(job) if use not in ("job", "control")]
     yield from ((use, hash_input(path, JobError)) for use, path in files)

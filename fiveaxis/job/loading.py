@@ -355,7 +355,6 @@ def input_files(job: Job) -> Iterator[tuple[str, Path]]:
 
 
 def _tables(path: Path) -> Iterator[Path]:
-    """Yield a control table, and those that it is based on."""
     yield path
     based_on = read_document(path, SettingError)[1].get("based_on", "")
     if str(based_on).lower().endswith(TOOL_FILE):
@@ -363,7 +362,6 @@ def _tables(path: Path) -> Iterator[Path]:
 
 
 def _machine_files(name: str) -> Iterator[tuple[str, Path]]:
-    """Yield a machine's file and the meshes of its bodies."""
     yield "file", find_machine(name)
     for number, body in enumerate(load_machine(name).bodies):
         if isinstance(body.shape, MeshShape):

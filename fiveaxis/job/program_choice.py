@@ -258,7 +258,6 @@ def _on_the_way(solution: Solution, operation: RevisedOperation) -> Iterator[tup
 
 
 def _baselines(solution: Solution) -> Iterator[tuple[str, Solution]]:
-    """Yield a solution's baselines at its locations as solutions."""
     for name, one in solution.compared.items():
         if one.toolpath is None:
             motion = replace(one.motion, location=solution.motion.location)

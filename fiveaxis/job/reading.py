@@ -92,7 +92,6 @@ def read_fixtures(path: Path) -> dict[str, Any]:
 
 
 def _check_names(job: Job, text: str, file: Path, replaced: Collection[str]) -> None:
-    """Check files and names of a job file, so that a wrong one is reported with its line."""
     checks: dict[str, Callable[[Any], object]] = {
         "input": require_input,
         "part": partial(require_file, error=JobError),

@@ -127,7 +127,6 @@ def _programs(folder: Path) -> list[Path]:
 def _make_files(
     outcome: Outcome, folder: Path, progress: Progress, *, with_program: bool = True
 ) -> list[Path]:
-    """Write the files of one solution."""
     solution = outcome.solution
     progress(STAGES["report"], 0, 1)
     made = [

@@ -323,13 +323,11 @@ def _tools(job: Job, source: Source, operations: Sequence[Operation]) -> dict[st
 
 
 def _of(job: Job, number: int, **changes: Any) -> Job:
-    """Return a job on one of its program's operations."""
     program = job.program.model_copy(update={"operation": (number,)})
     return job.model_copy(update={"program": program, **changes})
 
 
 def _price(source: Source, machine: Machine, job: Job, number: int) -> Energy | None:
-    """Price an operation's lines; None where they don't say what they cost."""
     reading = Pricing.of(timed_reading(job, machine), operation=number)
     try:
         return price_program(source, machine, reading).energy if machine.has_powers else None

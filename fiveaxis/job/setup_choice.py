@@ -190,7 +190,6 @@ def _start_from(found: Outcome, given: Outcome) -> Array | None:
 
 
 def _saving(found: Outcome, other: Outcome) -> float:
-    """Compute the share that one outcome's program saves against another's."""
     cost = _full_cost(other)
     return 1.0 - _full_cost(found) / cost if cost > 0.0 else 0.0
 
@@ -203,8 +202,6 @@ def _full_cost(outcome: Outcome) -> float:
 
 
 def _figures(trials: SetupTrials, choice: _Choice, best: Outcome) -> SetupSearched:
-    """List the setups with their costs for the report."""
-
     def with_run(setup: SetupTable) -> TriedSetup:
         tried, run = trials.tried[setup], choice.runs.get(setup)
         if isinstance(run, Outcome):

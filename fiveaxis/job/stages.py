@@ -250,7 +250,6 @@ def _picked(job: Job, front: Front, outcomes: Sequence[Outcome]) -> Outcome:
 
 
 def _edge_use(solution: Optimum, rpm: float | None) -> EdgeUse:
-    """Find where on the cutter's edge a solution and its baselines cut."""
     motions = {RESULT: (solution.toolpath, solution.motion)}
     motions |= {
         name: (one.toolpath or solution.toolpath, one.motion) for name, one in solution.compared.items()

@@ -120,7 +120,6 @@ def improved(ask: Ask, teller: Teller) -> dict[str, Any]:
 
 
 def _planned(job: Job, folder: Path, teller: Teller) -> dict[str, Any]:
-    """Make a program of its own, for a part or a path."""
     outcome = run_job(job, teller.meter)
     files = write_outcome(outcome, folder, teller.meter)
     name = outcome.report.baseline or ""
@@ -173,7 +172,6 @@ def _other(made: RevisedProgram) -> dict[str, Any] | None:
 
 
 def _totals(energies: Iterable[Energy | None]) -> dict[str, Any]:
-    """Add up what is known: s, J, and starts and reversals."""
     known = [energy for energy in energies if energy is not None]
     return {
         "time": sum(energy.time for energy in known),
@@ -183,7 +181,6 @@ def _totals(energies: Iterable[Energy | None]) -> dict[str, Any]:
 
 
 def _job(ask: Ask) -> Job:
-    """Make the job of a program, part or path with what was chosen, or read a job file."""
     path = Path(ask["program"])
     given = _given(ask, "tool", "tilt", "cone", "effort", "feed", "control", "tool_length", "part", "allow")
     if ask.get("machine"):
@@ -204,7 +201,6 @@ def _given(ask: Ask, *names: str) -> dict[str, Any]:
 
 
 def _machine_of(ask: Ask) -> str | Path:
-    """Return the machine's name or file; with answers the file that they were written to."""
     answers = ask.get("answers") or {}
     if not answers:
         return str(ask["machine"])

@@ -214,7 +214,6 @@ class _Worker:
 
     @property
     def _memory(self) -> float:
-        """Resident memory in MB."""
         try:
             return float(psutil.Process(self.pid).memory_info().rss) / 1e6
         except psutil.Error:  # it has just died

@@ -247,8 +247,6 @@ def row_of_fault(blank: Row, fault: Exception) -> Row:
 
 
 def _count_severities(summary: Sequence[Cause]) -> dict[str, Any]:
-    """Count findings by severity, including those that aren't listed."""
-
     def count(severity: Severity) -> int:
         return sum(cause.count for cause in summary if cause.severity is severity)
 
@@ -260,7 +258,6 @@ def _count_severities(summary: Sequence[Cause]) -> dict[str, Any]:
 
 
 def _where(fault: Exception) -> str:
-    """Return where a fault of the program itself was raised, for whoever fixes it."""
     frames = traceback.extract_tb(fault.__traceback__, limit=-1)
     return f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""
 

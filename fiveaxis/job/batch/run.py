@@ -143,7 +143,6 @@ def _require_limits(workers: int | None, limits: Limits, scheduler: str | None) 
 
 
 def _finish(planned: Planned, ledger: Ledger, resumed: frozenset[str]) -> Batch:
-    """Collect the rows of the batch, and compare the jobs, and the variants of each sweep."""
     comparisons = [
         write_comparison(name, [ledger.rows[variant] for variant in variants], ledger.folder)
         for name, variants in planned.sweeps.items()

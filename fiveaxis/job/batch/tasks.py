@@ -115,7 +115,6 @@ def _lists(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, lis
 
 
 def _combine(lists: Mapping[str, list[Any]], combination: Any) -> Iterator[dict[str, Any]]:
-    """Combine the values of several lists into those of each variant."""
     if (combination is not None or len(lists) > 1) and combination not in COMBINATIONS:
         found = "doesn't say" if combination is None else f"has {COMBINE} = {combination!r} for"
         known = f'{COMBINE} = "product" (every value with every other) or "zip" (first with first)'

@@ -193,7 +193,6 @@ def look(program: str | Path, machine: str | Path | Machine, given: Looking) -> 
 
 
 def _missing(machine: Machine, given: Looking) -> Iterator[Missing]:
-    """Yield what a machine doesn't state and times, paths or energies depend on."""
     forms = {question.name: question for question in QUESTIONS}
     for figure in unknown_figures(machine):
         letter, _, question = figure.name.rpartition(".")

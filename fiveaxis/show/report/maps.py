@@ -177,7 +177,6 @@ def _bound_lines(heat: HeatMap, surface: LocationSurface) -> list[str]:
 
 
 def _mark(number: int, x: float, y: float, *, hollow: bool = False) -> str:
-    """Mark a program's posture, or that of its other branch."""
     size, colour = (5.0 if number == 0 else 4.0), PROGRAMS[number % len(PROGRAMS)]
     fill, rim, width = ("none", colour, 1.6) if hollow else (colour, RIM, 1.0)
     return (
@@ -194,7 +193,6 @@ def _curve(panel: Panel, x: Array, y: Array, number: int) -> list[str]:
 
 
 def _angle_ticks(shown: Range, most: float = 8.0) -> dict[float, str]:
-    """Choose the ticks of an angle: every 15, 30, 45, 60 or 90 degrees."""
     step = next((s for s in ANGLE_STEPS if (shown[1] - shown[0]) / s <= most), 90.0)
     return labelled(multiples(shown, step))
 

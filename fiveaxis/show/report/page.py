@@ -132,7 +132,6 @@ def page_of(title: str, style: str, script: str, body: str) -> str:
 
 
 def _digest(text: str) -> str:
-    """Return the hash by which a content security policy knows an inline style or script."""
     return f"'sha256-{b64encode(sha256(text.encode()).digest()).decode()}'"
 
 
@@ -147,7 +146,6 @@ def _facts(document: ReportDocument) -> str:
 
 
 def _time_caption(document: ReportDocument) -> str:
-    """Say what the causes of the strips mean, and what isn't known."""
     if document.solution.energy.timing == "accelerations":
         limited = any(axis.max_jerk is not None for axis in document.machine.axes)
         jerk = "Jerk: changes of acceleration. " if limited else ""
@@ -208,7 +206,6 @@ def _left(document: ReportDocument) -> str:
 
 
 def _budget(budget: Budget | None) -> str:
-    """Write the electricity of the whole job; empty if it wasn't computed."""
     if budget is None:
         return ""
     text = f"Together {number(budget.total)} J ({budget.kwh:.4f} kWh) in {budget.time:.1f} s"
@@ -233,7 +230,6 @@ def _cut(course: CutCourse | None) -> str:
 
 
 def _posture(solution: Optimum, admits: Admits | None) -> dict[str, str]:
-    """Draw which postures could be chosen, with the words of the captions."""
     valley, surface = path_valley(solution, admits=admits), location_surface(solution)
     first, second = solution.machine.rotaries
     n = len(solution.toolpath)

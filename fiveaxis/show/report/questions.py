@@ -138,7 +138,6 @@ def _is_safe(document: ReportDocument, verdict: Verdict) -> Answer:
 
 
 def _judged(document: ReportDocument) -> Iterator[Detail]:
-    """Name what of the findings keeps the program back, and what was accepted by whom."""
     if document.kept_back:
         yield Detail("Kept back", f"No NC program was written, because of {_codes(document.kept_back)}.")
     if document.overriding is not None and document.accepted:
@@ -202,7 +201,6 @@ def _share(share: float | None, of: str) -> str:
 
 
 def _limits(document: ReportDocument) -> Iterator[Detail]:
-    """Say what limits the speed for which share of the time."""
     solution, name = document.solution, document.timed_against
     energies = {"": solution.energy} | ({} if name is None else {name: solution.baselines[name]})
     limits = [f"{n and f'{n}: '}{time_shares(e.limited)}" for n, e in energies.items() if e.limited]
@@ -284,7 +282,6 @@ def _place(document: ReportDocument, *, revised: bool) -> str:
 
 
 def _start(prepared: Preparation, language: str) -> Iterator[Detail]:
-    """Say where the program's approach begins and leads to."""
     turned = ", ".join(f"{c} {plain(round(v, 3))}°" for c, v in prepared.start if c in "ABC")
     moved = ", ".join(f"{c} {plain(round(v, 3))}" for c, v in prepared.start if c in "XYZ")
     if language == "blocks" and moved:
@@ -294,7 +291,6 @@ def _start(prepared: Preparation, language: str) -> Iterator[Detail]:
 
 
 def _setting(tool: str, prepared: Preparation) -> Iterator[Detail]:
-    """Say which offset, tool and states of the control the program needs."""
     if prepared.work_offset:
         yield Detail("Work offset", f"{prepared.work_offset}.")
     yield from _notes(prepared, "work offset")

@@ -98,7 +98,6 @@ def program_section(document: ReportDocument) -> str:
 
 
 def _path_shape(document: ReportDocument) -> str:
-    """State what lies between the locations of the path."""
     curved = document.curved_moves
     if document.solution.toolpath.shape == "chord":
         return "The path goes straight from location to location."
@@ -109,7 +108,6 @@ def _path_shape(document: ReportDocument) -> str:
 
 
 def _removed(program: ProgramFigures) -> str:
-    """State how many redundant blocks were removed, or why none was."""
     if program.redundant_kept_for:
         return f"Redundant blocks were kept; without them: {', '.join(program.redundant_kept_for)}."
     if not program.removed:

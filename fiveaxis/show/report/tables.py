@@ -295,7 +295,6 @@ def _tag(tag: str, cell: Cell, more: str = "") -> str:
 
 
 def _folded(texts: Sequence[str]) -> str:
-    """Write texts that are shown at a click; empty without any."""
     if not texts:
         return ""
     items = "".join(f"<li>{escape(text)}</li>" for text in texts)

@@ -115,7 +115,6 @@ def _reading(number: int, letter: str) -> str:
 
 
 def _figures(side: Side) -> str:
-    """Return energy, time, starts and reversals of a side."""
     starts, reversals = (sum(n.values()) for n in (side.steadiness.starts, side.steadiness.reversals))
     counts = f"starts {starts:,}, reversals {reversals:,}"
     return f"{escape(side.name)} {side.energy:,.0f} J, {side.time:,.1f} s; {counts}"
@@ -136,7 +135,6 @@ def _beside(sides: Sequence[Side]) -> str:
 
 
 def _boxes(shown: Shown, scene: Scene) -> list[str]:
-    """Return a check box for every object that can be hidden."""
     around, cut = shown.surroundings, shown.surroundings.blank is not None
     wanted = [
         ("part", "workpiece/part", shown.part is not None, not cut),
@@ -169,7 +167,6 @@ def _map(played: PlayedStock) -> str:
 
 
 def _remarks(shown: Shown, scene: Scene) -> list[str]:
-    """Return the remarks on machine, fixtures and holder."""
     remarks, fixtures = [], [fixture.name for fixture in shown.surroundings.fixtures]
     if not shown.machine.bodies:
         remarks.append("The machine is a scheme: placed by its chain and travels, with invented thicknesses.")
@@ -184,7 +181,6 @@ def _remarks(shown: Shown, scene: Scene) -> list[str]:
 
 
 def _listed(findings: Sequence[Finding], result: Side) -> str:
-    """List findings by cause, each a button that goes to the worst place, if there is one."""
     entries = []
     for cause in group_findings(finding.portable() for finding in findings):
         row = result.row_of(cause.worst)

@@ -173,7 +173,6 @@ def _extents(
 
 
 def _set_stage(recorder: Recorder, size: float) -> None:
-    """Aim the camera, replace grid and axes by a triad at the workpiece's zero."""
     for name in ("/Grid", "/Axes"):
         recorder.set(name, "visible", False)
     for key, colour in zip(("top_color", "bottom_color"), BACKGROUND, strict=True):

@@ -164,8 +164,6 @@ def in_notebook() -> bool:
 
 
 def _handler(page: bytes) -> type[BaseHTTPRequestHandler]:
-    """Make a request handler that serves one page."""
-
     class Handler(BaseHTTPRequestHandler):
         server_version, sys_version = "fiveaxis", ""
         timeout = PATIENCE
