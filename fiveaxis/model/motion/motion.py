@@ -58,6 +58,12 @@ class Motion(HasColumns):
         return np.diff(self.positions, axis=0, prepend=self.positions[:1])
 
     @property
+    def speeds(self) -> Array:
+        """(n, k), mm/s and rad/s: mean speeds in the move that ends at the row, 0 if it takes no time."""
+        timed = self.time > 0.0
+        return np.where(timed[:, None], self.moves / np.where(timed, self.time, 1.0)[:, None], 0.0)
+
+    @property
     def given(self) -> IntArray:
         """(g,), the rows at given locations; the others were inserted."""
         if self.location is None:

@@ -181,8 +181,7 @@ def peak_rates(machine: Machine, motion: Motion) -> dict[str, PeakRate]:
     Speeds are means over moves; a time law has those within a move (`time_motion`).
     """
     timed = motion.time > 0.0
-    turns = motion.moves[:, machine.rotary_columns]
-    speed = np.where(timed[:, None], turns / np.where(timed, motion.time, 1.0)[:, None], 0.0)
+    speed = motion.speeds[:, machine.rotary_columns]
     both = timed[1:] & timed[:-1] & motion.cutting[1:] & motion.cutting[:-1]
     both[:1] = False  # no move ends at the first row
     between = (motion.time[1:] + motion.time[:-1]) / 2.0

@@ -9,7 +9,7 @@ import numpy as np
 
 from fiveaxis.base import Array
 from fiveaxis.lab import CutCourse
-from fiveaxis.model import Axis, Motion, move_powers, tool_axes
+from fiveaxis.model import Axis, move_powers, tool_axes
 from fiveaxis.posture import RESULT, Optimum
 from fiveaxis.show.report.chart import (
     AFTER,
@@ -96,8 +96,7 @@ def speed_lines(solution: Optimum, baseline: str | None) -> str:
     """Draw every axis's mean speed in each move over time, with its highest speed dotted if it comes near."""
     machine = solution.machine
     speeds = {
-        name: 60.0 * machine.shown(mean_speeds(solution.timed(name))).T
-        for name in series_of(solution, baseline)
+        name: 60.0 * machine.shown(solution.timed(name).speeds).T for name in series_of(solution, baseline)
     }
     names = [f"{axis.letter} ({axis.unit}/min)" for axis in machine.axes]
     bounds = [
@@ -128,15 +127,6 @@ def drive_powers(solution: Optimum, name: str) -> Array:
     """Compute the power of each drive in each move, and in the last row their sum, (k + 1, n) W."""
     powers = move_powers(solution.machine, solution.timed(name)).T
     return np.vstack([powers, powers.sum(axis=0)])
-
-
-def mean_speeds(motion: Motion) -> Array:
-    """Compute every axis's mean speed in the move that ends at the row, (n, k), mm/s and rad/s.
-
-    It is 0 for a move that takes no time.
-    """
-    timed = motion.time > 0.0
-    return np.where(timed[:, None], motion.moves / np.where(timed, motion.time, 1.0)[:, None], 0.0)
 
 
 def front_chart(front: FrontPrograms) -> str:

@@ -90,7 +90,8 @@ def _least(
     angles = every_pair(*grid)
     axes = tool_axes(solution.machine, angles)
     # Most of the grid leans too far; linear axes are solved for the rest only.
-    row, first, second = np.nonzero(tilt_holds(solution, locations, axes))
+    every = np.broadcast_to(axes, (len(locations), *axes.shape))
+    row, first, second = np.nonzero(solution.tilt.admits(every, locations))
     if not len(row):
         # A range of the lean that is narrower than the grid.
         none = np.zeros((len(locations), len(grid[0])), dtype=bool)
@@ -153,12 +154,3 @@ def within_limits(machine: Machine, positions: Array) -> BoolArray:
 def feed_mm_min(solution: Optimum) -> float:
     """Compute the feed for which both maps are drawn: the median along the path, mm/min."""
     return float(np.median(solution.toolpath.feed)) * 60.0
-
-
-def tilt_holds(solution: Optimum, locations: IntArray, axes: Array) -> BoolArray:
-    """Check the tilt by cosines, which need no cross product; a location without reference allows any."""
-    holds = np.ones((len(locations), *axes.shape[:2]), dtype=bool)
-    for bound in solution.tilt.all:
-        cosine = np.einsum("ghk,mk->mgh", axes, bound.reference[locations])
-        holds &= np.isnan(cosine) | ((cosine >= bound.cosines[0]) & (cosine <= bound.cosines[1]))
-    return holds

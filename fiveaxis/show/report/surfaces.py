@@ -37,7 +37,6 @@ from fiveaxis.show.report.landscape import (
     posture_map,
     rotary_grid,
     shown_range,
-    tilt_holds,
     within_limits,
 )
 from fiveaxis.show.report.maps import draw_location, draw_valley
@@ -264,7 +263,7 @@ def location_surface(
         title=f"{Path(path.name).name}, location {at} of {len(path)}",
         power=power_surface(machine, tips, feed_mm_min(solution), grid),
         admissible=within_limits(machine, linear_positions(machine, tips, angles))
-        & tilt_holds(solution, np.array([at]), axes)[0],
+        & solution.tilt.admits(axes[None], np.array([at]))[0],
         leans=tuple(leans),
         middle=lean_range(machine).middle,
         postures=postures,

@@ -10,7 +10,6 @@ from fiveaxis.show.report.figures import (
     axis_lines,
     drive_powers,
     energy_bars,
-    mean_speeds,
     power_lines,
     speed_lines,
     spending_lines,
@@ -101,7 +100,7 @@ def test_powers_of_every_drive_and_of_all_have_their_unit_over_time(solution: Op
 
 def test_speed_times_time_is_the_travel_of_the_axis(solution: Optimum) -> None:
     motion = solution.motion
-    np.testing.assert_allclose(mean_speeds(motion) * motion.time[:, None], motion.moves, atol=1e-9)
+    np.testing.assert_allclose(motion.speeds * motion.time[:, None], motion.moves, atol=1e-9)
 
 
 def test_the_area_under_the_last_band_is_the_power_integral(solution: Optimum) -> None:
@@ -114,7 +113,7 @@ def test_the_area_under_the_last_band_is_the_power_integral(solution: Optimum) -
 def test_a_highest_speed_is_dotted_only_where_the_motion_comes_near_it(
     solution: Optimum, share: float, dotted: bool
 ) -> None:
-    top = np.abs(mean_speeds(solution.motion)).max(axis=0)
+    top = np.abs(solution.motion.speeds).max(axis=0)
     axes = tuple(
         replace(a, max_speed=share * float(v)) for a, v in zip(solution.machine.axes, top, strict=True)
     )
