@@ -19,12 +19,12 @@ from .report.facts import describe_input as describe_input
 from .report.landscape import Admits as Admits
 from .report.look import OperationLook as OperationLook
 from .report.look import look as look
-from .report.page import page_of as page_of
 from .report.page import write_finished as write_finished
 from .report.page import write_report as write_report
 from .report.plots import DRAWN_SUFFIXES as DRAWN_SUFFIXES
 from .report.plots import Drawn as Drawn
 from .report.plots import bar_rows as bar_rows
+from .report.plots import page_of as page_of
 from .report.plots import range_rows as range_rows
 from .report.plots import svg_file as svg_file
 from .report.plots import write_calibration_figure as write_calibration_figure

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import logging
 import math
-from base64 import b64encode
-from hashlib import sha256
 from html import escape
 from importlib.resources import files
 from pathlib import Path
@@ -31,6 +29,7 @@ from fiveaxis.show.report.figures import (
 )
 from fiveaxis.show.report.landscape import FIRST_STEP, MOST_LOCATIONS, SECOND_STEP, Admits, feed_mm_min
 from fiveaxis.show.report.maps import draw_location, draw_valley, png_address
+from fiveaxis.show.report.plots import page_of
 from fiveaxis.show.report.sections import (
     answers_section,
     edge_section,
@@ -45,11 +44,6 @@ from fiveaxis.show.report.words import THIN_SPACE, number, plain, plain_list, wh
 
 logger = logging.getLogger(__name__)
 
-# The browser applies only the page's own style, runs only its own script, and fetches nothing.
-POLICY = (
-    "default-src 'none'; style-src {style}; script-src {script}; img-src data:; base-uri 'none'; "
-    "form-action 'none'"
-)
 # Directions from which the part is looked at, and what they are called.
 VIEWS = {
     "from the left, in front": (-1.0, -1.0, 0.8),
@@ -127,23 +121,6 @@ def write_finished(cut: CutStock, path: str | Path, title: str) -> Path:
     style = files("fiveaxis.show.report").joinpath("page.css").read_text(encoding="utf-8")
     body = f"<main>\n<h1>{escape(title)}</h1>\n{finished_section(cut)}\n</main>"
     return write_atomically(path, page_of(title, style, "", body))
-
-
-def page_of(title: str, style: str, script: str, body: str) -> str:
-    """Return a page whose own style and script a browser knows by their hashes; it accepts nothing else.
-
-    Parameters
-    ----------
-    title : plain text
-    body : HTML, with text from files escaped
-    """
-    shell = Template(files("fiveaxis.show.report").joinpath("shell.html").read_text(encoding="utf-8"))
-    policy = POLICY.format(style=_digest(style), script=_digest(script))
-    return shell.substitute(title=escape(title), policy=policy, style=style, script=script, body=body)
-
-
-def _digest(text: str) -> str:
-    return f"'sha256-{b64encode(sha256(text.encode()).digest()).decode()}'"
 
 
 def _facts(document: ReportDocument) -> str:

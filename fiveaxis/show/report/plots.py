@@ -7,10 +7,14 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
+from base64 import b64encode
 from collections.abc import Mapping, Sequence
+from hashlib import sha256
 from html import escape
+from importlib.resources import files
 from itertools import accumulate
 from pathlib import Path
+from string import Template
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -45,22 +49,13 @@ NAMESPACE = "http://www.w3.org/2000/svg"
 FORMATS = (".svg", ".html")
 # Of a table that is looked at.
 DRAWN_SUFFIXES = (".csv", *FORMATS)
-# A figure's page runs no script and fetches nothing.
-PAGE = """<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta http-equiv="Content-Security-Policy"
- content="default-src 'none'; style-src 'unsafe-inline'; img-src data:">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>{title}</title>
-<style>body {{ margin: 1rem; background: #fff }} svg {{ width: 100%; height: auto }}</style>
-</head>
-<body>
-{figure}
-</body>
-</html>
-"""
+# The browser applies only the page's own style, runs only its own script, and fetches nothing.
+POLICY = (
+    "default-src 'none'; style-src {style}; script-src {script}; img-src data:; base-uri 'none'; "
+    "form-action 'none'"
+)
+# Of the page of a figure, which is drawn on white.
+STYLE = "body { margin: 1rem; background: #fff } svg { width: 100%; height: auto }"
 # Height of a panel and of a row of bars, points; share of a row that its bars fill.
 HIGH, ROW, FILLED = 120.0, 30.0, 0.76
 LONGEST = 48  # characters; longer names leave no room for bars
@@ -80,8 +75,26 @@ def write_figure(chart: str, path: str | Path, title: str) -> Path:
         The suffix is another one, or the file can't be written.
     """
     if require_suffix(path, FORMATS, "a figure") == ".html":
-        return write_atomically(path, PAGE.format(title=escape(title), figure=chart))
+        return write_atomically(path, page_of(title, STYLE, "", chart))
     return write_atomically(path, svg_file(chart))
+
+
+def page_of(title: str, style: str, script: str, body: str) -> str:
+    """Return a page whose own style and script a browser knows by their hashes; it accepts nothing else.
+
+    Parameters
+    ----------
+    title : plain text
+    body : HTML, with text from files escaped
+    """
+    shell = Template(files("fiveaxis.show.report").joinpath("shell.html").read_text(encoding="utf-8"))
+    policy = POLICY.format(style=_digest(style), script=_digest(script))
+    run = f"<script>{script}</script>" if script else ""
+    return shell.substitute(title=escape(title), policy=policy, style=style, script=run, body=body)
+
+
+def _digest(text: str) -> str:
+    return f"'sha256-{b64encode(sha256(text.encode()).digest()).decode()}'"
 
 
 def standalone(chart: str) -> str:
