@@ -91,7 +91,7 @@ def run_remotely(task: QueuedJob, folder: str, version: str, topic: str) -> dict
 def _progress(client: Client, tell: Listener) -> Iterator[str]:
     """Pass the workers' progress on; yield the topic under which they send it."""
     topic = f"fiveaxis-{uuid.uuid4().hex}"  # a scheduler may serve several batches at once
-    client.subscribe_topic(topic, lambda event: tell(Event.running(**event[1])))
+    client.subscribe_topic(topic, lambda event: tell(Event(state="running", **event[1])))
     try:
         yield topic
     finally:

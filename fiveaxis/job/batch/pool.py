@@ -336,7 +336,7 @@ class _Pool:
             self._faults = self._failures = 0
             worker.report()
         if "row" not in message:
-            self._tell(Event.running(task.name, **message, worker=str(worker.number), pid=worker.pid))
+            self._tell(Event(task.name, "running", **message, worker=str(worker.number), pid=worker.pid))
             return None
         logger.info("%s has done %s", worker, task.name)
         self._losses.finish(task.name, worker.seconds)

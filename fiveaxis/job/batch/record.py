@@ -290,11 +290,6 @@ class Event:
     worker: str = ""
     pid: int | None = None
 
-    @classmethod
-    def running(cls, name: str, stage: str, share: float, worker: str, pid: int) -> Event:
-        """Make the event of a job's progress."""
-        return cls(name, "running", stage=stage, share=share, worker=worker, pid=pid)
-
 
 Listener = Callable[[Event], None]
 

@@ -110,13 +110,7 @@ def compose_page(document: ReportDocument, admits: Admits | None = None) -> str:
 
 
 def write_finished(cut: CutStock, path: str | Path, title: str) -> Path:
-    """Write a page of the finished part alone.
-
-    Raises
-    ------
-    SettingError
-        Another suffix than ``.html``, or the file can't be written.
-    """
+    """Write a page, ``.html``, of the finished part alone."""
     require_suffix(path, (".html",), "the map of a finished part")
     style = files("fiveaxis.show.report").joinpath("page.css").read_text(encoding="utf-8")
     body = f"<main>\n<h1>{escape(title)}</h1>\n{finished_section(cut)}\n</main>"

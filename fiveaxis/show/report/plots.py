@@ -69,10 +69,7 @@ SPENT = "energy of the feed drives (J)"
 def write_figure(chart: str, path: str | Path, title: str) -> Path:
     """Write a chart in the format of its file's suffix, replaced in one step.
 
-    Raises
-    ------
-    SettingError
-        The suffix is another one, or the file can't be written.
+    `SettingError` for another suffix, or a file that can't be written.
     """
     if require_suffix(path, FORMATS, "a figure") == ".html":
         return write_atomically(path, page_of(title, STYLE, "", chart))
@@ -139,15 +136,7 @@ def write_calibration_figure(calibration: Calibration, path: str | Path) -> Path
     A missing term shows as a bend of the residuals over speed, drift (warming oil) as a slope over the rows;
     the band is the residuals' robust scale. Below, each run's measured energy beside the drive's.
 
-    Parameters
-    ----------
-    calibration : of `calibrate_drive`
-    path : .svg or .html, replaced in one step
-
-    Raises
-    ------
-    SettingError
-        The suffix is another one, or the file can't be written.
+    The file is written as `write_figure` does.
     """
     turns = calibration.axis in "ABC"
     speed = np.degrees(calibration.speed) if turns else calibration.speed
@@ -250,13 +239,7 @@ def _shorten(name: str) -> str:
 
 
 def write_front_figure(front: FrontPrograms, path: str | Path) -> Path:
-    """Draw the programs of a front as a file, .svg or .html, replaced in one step.
-
-    Raises
-    ------
-    SettingError
-        The suffix is another one, or the file can't be written.
-    """
+    """Draw the programs of a front as a file, as `write_figure`."""
     return write_figure(front_chart(front), path, "Front of solutions")
 
 
@@ -271,15 +254,10 @@ def write_program_figure(
 
     Parameters
     ----------
-    path : .svg or .html, replaced in one step
+    path : as for `write_figure`
     names, energies : one per program
     times : (n,), s, of the blocks
     by_blocks : (n, k), J, ∫P dt of the blocks by axis
-
-    Raises
-    ------
-    SettingError
-        The suffix is another one, or the file can't be written.
     """
     colours = {letter: COLOURS[letter] for letter in energies[0].by_axis}
     parts, top = [], TOP

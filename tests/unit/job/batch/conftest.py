@@ -150,7 +150,7 @@ def pretend() -> Iterator[Pretended]:
     ) -> Iterator[Row]:
         def run(task: QueuedJob) -> Row:
             def step(stage: str, _done: int, _total: int) -> None:
-                tell(Event.running(task.name, stage, 0.5, worker="1", pid=os.getpid()))
+                tell(Event(task.name, "running", stage=stage, share=0.5, worker="1", pid=os.getpid()))
 
             return Row.from_dict(run_queued(task, folder, step).as_dict())
 
