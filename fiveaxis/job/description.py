@@ -282,13 +282,7 @@ class Job(_Bounded):
 
     @property
     def constraints(self) -> Constraints:
-        """The bounds on postures and turns as one record.
-
-        Raises
-        ------
-        SettingError
-            A bound out of its range.
-        """
+        """The bounds on postures and turns as one record; `SettingError` for one out of its range."""
         return Constraints.of(self.bounds)
 
     @model_validator(mode="after")

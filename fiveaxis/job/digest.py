@@ -19,23 +19,9 @@ from fiveaxis.nc import find_dialect
 def digest_job(job: Job, data: Mapping[str, Any] | None = None) -> str:
     """Hash what a job says, the content of every file that it names, and the version of this package.
 
-    Comments, the order of keys and folders don't count: a job that moved with its files is the same.
-
-    Parameters
-    ----------
-    job : with paths that can be opened
-    data : the content of its file, with a sweep's values; by default what the job holds
-
-    Returns
-    -------
-    SHA-256, hexadecimal
-
-    Raises
-    ------
-    JobError
-        A file that can't be read.
-    MachineError, SettingError
-        A machine, or a control table, that can't be read.
+    Comments, the order of keys and folders don't count: a job that moved with its files is the same. What it
+    says is the content of its file, with a sweep's values, or else what it holds. The hash is a hexadecimal
+    SHA-256; a file, machine or control table that can't be read is an error of its own.
     """
     if data is None:
         data = _unplaced(job.model_dump(), {str(path) for _, path in input_files(job)})

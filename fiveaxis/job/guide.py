@@ -55,13 +55,7 @@ def list_job_entries() -> list[Entry]:
 
 
 def write_starter(path: Path) -> Path:
-    """Write a starter job file with every field, the optional ones as comments.
-
-    Raises
-    ------
-    SettingError
-        The file exists, or can't be written.
-    """
+    """Write a new starter job file with every field, the optional ones as comments."""
     require_suffix(path, [".toml"], "a job file")
     require_new(path)
     return write_atomically(path, starter_text())

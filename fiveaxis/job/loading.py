@@ -66,14 +66,8 @@ from fiveaxis.show import InputFile, describe_input
 def load_job_machine(job: Job, *, shown: bool = False) -> Machine:
     """Load a job's machine with the job's setup, tool length, load and drives.
 
-    Parameters
-    ----------
-    shown : whether programs are only shown on it, which `show_program` does without a tool length, too
-
-    Raises
-    ------
-    JobError
-        No machine; no tool length for a machine that doesn't hold the tool along Z.
+    `JobError` without a machine, or, unless programs are only shown on it, without a tool length on which the
+    other axes depend.
     """
     if job.machine is None:
         raise JobError("--machine is missing; give a name (`fiveaxis machines`) or a machine file")
@@ -288,15 +282,7 @@ def is_mesh(path: Path) -> bool:
 
 
 def load_surroundings(job: Job) -> Surroundings:
-    """Load a job's part, stock and fixtures.
-
-    Raises
-    ------
-    JobError
-        A fixture whose file is missing.
-    MeshError
-        A mesh that can't be read, or is refused.
-    """
+    """Load a job's part, stock and fixtures; `JobError` and `MeshError` for what is missing or refused."""
     fixtures = tuple(table.build() for table in job.fixture)
     file, around = part_of(job), job.surrounding
     unit = part_unit(job) if around.part else job.unit

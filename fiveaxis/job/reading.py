@@ -79,13 +79,7 @@ def build_job(data: dict[str, Any], text: str, path: Path, **settings: Any) -> J
 
 
 def read_fixtures(path: Path) -> dict[str, Any]:
-    """Read fixtures and clearances from a separate file, as settings for `make_job`.
-
-    Raises
-    ------
-    JobError
-        As `read_job`.
-    """
+    """Read fixtures and clearances from a separate file, as settings for `make_job`; errors as `read_job`."""
     found = read_settings(path, FixtureFile, JobError)
     fixtures = tuple(fixture.beside(path.parent) for fixture in found.fixture)
     return {"fixture": fixtures or None, "clearance": found.clearance}
@@ -116,10 +110,7 @@ def _check_names(job: Job, text: str, file: Path, replaced: Collection[str]) -> 
 def make_job(base: Job | None = None, **settings: Any) -> Job:
     """Make a job from settings, over those of a base job; None counts as not given.
 
-    Raises
-    ------
-    JobError
-        Something is missing or out of range.
+    `JobError` where something is missing or out of range.
     """
     given = {name: value for name, value in settings.items() if value is not None}
     if base is not None and not given:

@@ -38,20 +38,9 @@ def write_outcome(outcome: Outcome, folder: Path, progress: Progress = unheard) 
     no new folder. Without an NC program (errors that the job doesn't accept by name), an NC program of an
     earlier run is removed.
 
-    Parameters
-    ----------
-    outcome : of a job
-    folder : is made if it is missing
-    progress : called with what is being done, steps done and steps in all
-
     Returns
     -------
     The files, in order of writing.
-
-    Raises
-    ------
-    SettingError
-        The folder can't be made or written.
     """
     with filled_folder(folder, _stale(folder)) as (temporary, made):
         made += _make_files(outcome, temporary, progress)

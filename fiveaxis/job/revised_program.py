@@ -219,11 +219,8 @@ def revise_program(
 def revise_operations(job: Job, progress: Progress = unheard) -> RevisedProgram:
     """Revise every simultaneous operation of a job's program whose tool is known, or those that it names.
 
-    Parameters
-    ----------
-    job : its tool may name cutters by their numbers in the program, ``3=ball:6,5=bull:10:2``; else the
-        program's comments do
-    progress : called with what is being done, steps done and steps in all
+    The job's tool may name cutters by their numbers, ``3=ball:6,5=bull:10:2``; else the program's
+    comments do.
 
     Raises
     ------

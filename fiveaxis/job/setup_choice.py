@@ -50,12 +50,6 @@ def run_job(job: Job, progress: Progress = unheard, checkpoint: Checkpoint = UNK
     against the given one, than can be chance (`LEAST_SAVING`, or what the given setup gains when it starts
     from the other's postures); else the given setup stays, and a finding says so.
 
-    Parameters
-    ----------
-    job : what to do
-    progress : called with what is being done, steps done and steps in all
-    checkpoint : takes what its long steps find
-
     Raises
     ------
     FiveAxisError
@@ -65,13 +59,7 @@ def run_job(job: Job, progress: Progress = unheard, checkpoint: Checkpoint = UNK
 
 
 def run_task(task: JobTask, progress: Progress = unheard, checkpoint: Checkpoint = UNKEPT) -> Outcome:
-    """Take a resolved job through all further stages, as `run_job` does.
-
-    Raises
-    ------
-    Infeasible
-        No admissible posture in any setup.
-    """
+    """Take a resolved job through all further stages, as `run_job` does."""
     job = task.job
     if job.setup.search is None:
         try:

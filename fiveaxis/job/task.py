@@ -106,11 +106,6 @@ def resolve(job: Job, progress: Progress = unheard) -> JobTask:
     Passes are planned, the part is placed where the job doesn't say where it stands, and what the input
     states of its control, tool and spindle holds where the job says nothing.
 
-    Parameters
-    ----------
-    job : as it was read, or made by a call
-    progress : called with what is being done, steps done and steps in all
-
     Raises
     ------
     FiveAxisError

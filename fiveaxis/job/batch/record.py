@@ -123,15 +123,7 @@ class Row:
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Row:
-        """Make a row from plain data.
-
-        Raises
-        ------
-        TypeError
-            An unknown or a missing key.
-        ValueError
-            An unknown status.
-        """
+        """Make a row from plain data; `TypeError` for a wrong key, `ValueError` for an unknown status."""
         row = cls(**data)
         return replace(row, status=Status(row.status))
 

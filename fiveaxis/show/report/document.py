@@ -276,12 +276,6 @@ def _plain(value: Any) -> Any:
 
 
 def write_json(document: ReportDocument, path: str | Path) -> Path:
-    """Write a document as JSON: keys in their order, indented, with a newline at the end.
-
-    Raises
-    ------
-    SettingError
-        The file can't be written there.
-    """
+    """Write a document as JSON: keys in their order, indented, with a newline at the end."""
     text = json.dumps(document.as_dict(), indent=2, ensure_ascii=False, allow_nan=False)
     return write_atomically(path, text + "\n")

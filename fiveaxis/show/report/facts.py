@@ -23,13 +23,7 @@ class InputFile(TypedDict):
 
 
 def describe_input(path: str | Path) -> InputFile:
-    """Describe an input file so that it can be recognised.
-
-    Raises
-    ------
-    InputError
-        The file can't be read.
-    """
+    """Describe an input file so that it can be recognised; `InputError` for one that can't be read."""
     digest = hash_input(path, InputError)
     return {"name": Path(path).name, "sha256": digest, "size": require_file(path, InputError).st_size}
 

@@ -58,16 +58,7 @@ PIXELS = 260
 def write_report(document: ReportDocument, path: str | Path, *, admits: Admits | None = None) -> Path:
     """Write a run's page: one file without network access, the same bytes for the same inputs.
 
-    Parameters
-    ----------
-    document : the facts of the run
-    path : the ``.html`` file
-    admits : checks, for locations (m,) and rotary angles (m, 2), rad, which postures are clear of collisions
-
-    Raises
-    ------
-    SettingError
-        The file can't be written there.
+    `admits` checks, for locations (m,) and rotary angles (m, 2), rad, which postures are clear of collisions.
     """
     page = compose_page(document, admits)
     logger.info("%s: %d kB about %d locations", Path(path).name, len(page) // 1000, document.locations)

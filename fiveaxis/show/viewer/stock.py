@@ -53,13 +53,9 @@ class PlayedStock:
 
     @classmethod
     def of(cls, blank: Blank, side: Side, machine: Machine, cut: CutStock | None) -> PlayedStock:
-        """Cut a stock by all moves of the result, approach and retract included.
+        """Cut a stock by all moves of the result that is shown, approach and retract included.
 
-        Parameters
-        ----------
-        blank : the stock before
-        side : the result, with all of its rows
-        cut : the stock as verification has cut it and compared it with the part
+        `cut` is the stock as verification has cut it and compared it with the part.
         """
         clock, positions = side.clock - side.clock[0], side.motion.positions
         times = np.linspace(0.0, clock[-1], STEPS + 1)
