@@ -88,7 +88,7 @@ def draw_location(surface: LocationSurface, parts: Mapping[str, Array]) -> str:
     across, up = np.degrees(surface.power.first), np.degrees(surface.power.second)
     whole = WIDTH if len(parts) == 1 else SIDE_BY_SIDE
     share = whole / len(parts)
-    bounds = " and ".join(lean.text for lean in surface.leans)
+    bounds = " and ".join(bound.text for bound, _ in surface.leans)
     explained = f"hollow: same tool axis, other branch{f' · dotted: {bounds}' if bounds else ''}"
     drawn = [
         text(f"Energy from the axes' zero: {surface.title}", LEFT, 12.0, bold=True),
@@ -170,9 +170,9 @@ def _bound_lines(heat: HeatMap, surface: LocationSurface) -> list[str]:
     middles = halves[(halves > heat.y[0]) & (halves < heat.y[-1])]
     ends = np.array(heat.panel.x)
     parts = [heat.panel.line(ends, np.full(2, level), LIGHT, 1.0, dashes=DASHED) for level in middles]
-    for lean in surface.leans:
-        for level in np.degrees([lean.low, lean.high]):
-            parts += heat.contours(np.degrees(lean.angle), [level], 1.2, DOTTED, f"{level:.3g}°")
+    for bound, angle in surface.leans:
+        for level in np.degrees([bound.low, bound.high]):
+            parts += heat.contours(np.degrees(angle), [level], 1.2, DOTTED, f"{level:.3g}°")
     return parts
 
 

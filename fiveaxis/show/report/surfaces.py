@@ -19,6 +19,7 @@ from fiveaxis.lab import PowerSurface, posture_costs, power_surface
 from fiveaxis.model import (
     Machine,
     Motion,
+    TiltBounds,
     lean_range,
     linear_positions,
     move_powers,
@@ -51,23 +52,6 @@ SAME = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Lean:
-    """An angle between tool axis and a reference over the grid, and its bounds.
-
-    Parameters
-    ----------
-    angle : (g, h), rad
-    low, high : rad
-    text : the bound in words
-    """
-
-    angle: Array
-    low: float
-    high: float
-    text: str
-
-
-@dataclass(frozen=True, eq=False)
 class LocationSurface(Drawn):
     """The power surface at one location, with what bounds the posture and what was chosen.
 
@@ -76,7 +60,8 @@ class LocationSurface(Drawn):
     title : where it is
     power : S_WL and S_WR over the grid
     admissible : (g, h), whether tilt and axis limits are kept; collisions aren't looked at
-    leans : bounds on the tool axis; none for a tip without a normal
+    leans : bounds on the tool axis, each with the angle over the grid, (g, h) rad; none for a tip without a
+        normal
     middle : rad, the second rotary axis midway between the two branches
     postures : (b, 2), rad, chain order, by program: the posture, and that of the other branch with the same
         tool axis if it is within the range
@@ -86,7 +71,7 @@ class LocationSurface(Drawn):
     title: str
     power: PowerSurface
     admissible: BoolArray
-    leans: tuple[Lean, ...]
+    leans: tuple[tuple[TiltBounds, Array], ...]
     middle: float
     postures: Mapping[str, Array]
     location: int | None = None
@@ -214,10 +199,10 @@ def tip_surface(
     grid = rotary_grid(machine, step_deg, step_deg)
     power = power_surface(machine, point, feed_mm_min, grid)
     angles = every_pair(*grid)
-    leans = _tip_leans(tool_axes(machine, angles), normal, tilt)
+    leans = _leans(_tip_bounds(normal, tilt), tool_axes(machine, angles), 0)
     admissible = within_limits(machine, linear_positions(machine, point, angles))
-    for lean in leans:
-        admissible &= (lean.angle >= lean.low) & (lean.angle <= lean.high)
+    for bound, angle in leans:
+        admissible &= (angle >= bound.low) & (angle <= bound.high)
     postures = {}
     if admissible.any():
         place = np.unravel_index(np.where(admissible, power.total, np.inf).argmin(), admissible.shape)
@@ -253,7 +238,6 @@ def location_surface(
     axes = tool_axes(machine, angles)
     rows = np.full(axes[..., 0].size, at)
     tips = path.at(rows).tips(axes.reshape(-1, 3)).reshape(axes.shape)
-    leans = (Lean(angle_between(axes, b.reference[at]), b.low, b.high, b.text) for b in solution.tilt.all)
     columns = machine.rotary_columns
     postures = {
         name: _with_other_branch(machine, motion.positions[at, columns])
@@ -264,7 +248,7 @@ def location_surface(
         power=power_surface(machine, tips, feed_mm_min(solution), grid),
         admissible=within_limits(machine, linear_positions(machine, tips, angles))
         & solution.tilt.admits(axes[None], np.array([at]))[0],
-        leans=tuple(leans),
+        leans=_leans(solution.tilt, axes, at),
         middle=lean_range(machine).middle,
         postures=postures,
         location=at,
@@ -318,9 +302,14 @@ def _parts(power: PowerSurface) -> dict[str, Array]:
     return {"S_WL": power.linear, "S_WR": power.rotary, "S_W": power.total}
 
 
-def _tip_leans(axes: Array, normal: ArrayLike | None, tilt: tuple[float, float] | None) -> tuple[Lean, ...]:
+def _leans(tilt: TiltBounds | None, axes: Array, row: int) -> tuple[tuple[TiltBounds, Array], ...]:
+    every = () if tilt is None else tilt.all
+    return tuple((bound, angle_between(axes, bound.reference[row])) for bound in every)
+
+
+def _tip_bounds(normal: ArrayLike | None, tilt: tuple[float, float] | None) -> TiltBounds | None:
     if normal is None and tilt is None:
-        return ()
+        return None
     if normal is None or tilt is None:
         missing, given = ("normal", "tilt") if normal is None else ("tilt", "normal")
         raise SettingError(f"{given} needs {missing} too: the tilt is the angle between tool axis and normal")
@@ -328,9 +317,8 @@ def _tip_leans(axes: Array, normal: ArrayLike | None, tilt: tuple[float, float] 
     if not direction.any():
         raise SettingError("the normal has length 0; a direction is needed")
     require_range(*tilt)
-    low, high = np.radians(tilt)
-    text = f"{tilt[0]:g}…{tilt[1]:g} deg of the normal"
-    return (Lean(angle_between(axes, normalise(direction)), float(low), float(high), text),)
+    low, high = np.radians(tilt).tolist()
+    return TiltBounds(normalise(direction)[None], low, high, "normal")
 
 
 def _vector(name: str, numbers: ArrayLike) -> Array:

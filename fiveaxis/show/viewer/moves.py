@@ -195,28 +195,17 @@ def find_stops(findings: Sequence[Finding], side: Side) -> list[Stop]:
     return sorted(stops, key=lambda stop: (stop.row, stop.finding.severity.rank))
 
 
-@dataclass(frozen=True, eq=False)
-class Readings:
-    """What is read off a side at each row, of the move that ends there.
+def read_off(side: Side, machine: Machine) -> dict[str, Array]:
+    """Compute what is read off a side at each row, of the move that ends there.
 
-    Parameters
-    ----------
+    Returns
+    -------
     points : (m, 3), mm, workpiece frame, where the path is drawn
     powers : (m, k), W, of each drive
     programmed, actual : (m,), mm/min, feed along the path: programmed, and by the move's duration; 0 for a
         rapid move or none
     lean : (m,), deg, between tool axis and the reference of the tilt; NaN where there is none
     """
-
-    points: Array
-    powers: Array
-    programmed: Array
-    actual: Array
-    lean: Array
-
-
-def read_off(side: Side, machine: Machine) -> Readings:
-    """Compute what is read off a side at each row."""
     motion, path = side.motion, side.toolpath
     tip, axis = tool_poses(machine, motion.positions)
     points = interpolate(shown_points(path), side.place)
@@ -230,7 +219,8 @@ def read_off(side: Side, machine: Machine) -> Readings:
     lean = np.degrees(angle_between(interpolate(side.tilt.reference, side.place), axis))
     lean[off] = np.nan
     powers = move_powers(machine, motion) if machine.has_powers else np.zeros_like(motion.positions)
-    return Readings(points, powers, np.where(moving, 60.0 * motion.feed, 0.0), actual, lean)
+    programmed = np.where(moving, 60.0 * motion.feed, 0.0)
+    return {"points": points, "powers": powers, "programmed": programmed, "actual": actual, "lean": lean}
 
 
 def _off_path(side: Side) -> Array:

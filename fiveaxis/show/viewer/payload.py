@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from fiveaxis.base import Array
 from fiveaxis.model import Machine, Motion, link_poses
-from fiveaxis.show.viewer.moves import Readings, Side, read_off
+from fiveaxis.show.viewer.moves import Side, read_off
 from fiveaxis.show.viewer.scene import STAGE, Scene
 from fiveaxis.show.viewer.shown import Shown
 
@@ -81,7 +81,7 @@ def describe_show(shown: Shown, scene: Scene) -> tuple[dict[str, Any], Sections]
     """Collect the data for the page's script."""
     sections, sides = Sections(), shown.sides
     readings = [read_off(side, shown.machine) for side in sides]
-    powers = [cutting_powers(r.powers, s.motion) for r, s in zip(readings, sides, strict=True)]
+    powers = [cutting_powers(r["powers"], s.motion) for r, s in zip(readings, sides, strict=True)]
     head = {
         "stage": f"/meshcat/{STAGE}",
         "machine": _machine(shown.machine),
@@ -132,24 +132,20 @@ def _machine(machine: Machine) -> dict[str, Any]:
     }
 
 
-def _add_side(sections: Sections, name: str, side: Side, reading: Readings) -> None:
+def _add_side(sections: Sections, name: str, side: Side, reading: Mapping[str, Array]) -> None:
     sections.add(f"{name}/clock", side.clock - side.clock[0], "f8")
     sections.add(f"{name}/positions", side.motion.positions, "f4")
     sections.add(f"{name}/place", side.place, "f4")
-    sections.add(f"{name}/points", reading.points, "f4")
-    sections.add(f"{name}/lean", reading.lean, "f4")
+    sections.add(f"{name}/points", reading["points"], "f4")
+    sections.add(f"{name}/lean", reading["lean"], "f4")
     sections.add(f"{name}/line", side.line, "i4")
     if side.tool is not None:
         sections.add(f"{name}/tool", side.tool, "i4")
     sections.add(f"{name}/cutting", side.motion.cutting, "i4")
     events = side.steadiness
     sections.add(f"{name}/events", np.column_stack([events.time, events.column, events.reverses]), "f4")
-    for what, values in (
-        ("powers", reading.powers),
-        ("programmed", reading.programmed),
-        ("actual", reading.actual),
-    ):
-        sections.add_steps(f"{name}/{what}", np.nan_to_num(values))
+    for what in ("powers", "programmed", "actual"):
+        sections.add_steps(f"{name}/{what}", np.nan_to_num(reading[what]))
 
 
 def _end(value: float, is_rotary: bool) -> float | None:

@@ -20,18 +20,8 @@ from fiveaxis.base import Array, IntArray
 NAMESPACE = uuid.UUID("5d0a4f0e-6c1b-5e55-9a0f-640123000000")
 # Numbers of a page's typed arrays in MessagePack.
 KINDS = {np.dtype(np.float32): ("Float32Array", 0x17), np.dtype(np.uint32): ("Uint32Array", 0x16)}
-# Of a material, as three.js names them; both sides are drawn.
-LOOK = {
-    "color": 0xFFFFFF,
-    "reflectivity": 0.5,
-    "side": 2,
-    "transparent": False,
-    "opacity": 1.0,
-    "linewidth": 1.0,
-    "wireframe": False,
-    "wireframeLinewidth": 1.0,
-    "vertexColors": 0,
-}
+# Of a material, as three.js names it; both sides are drawn.
+LOOK = {"color": 0xFFFFFF, "side": 2}
 # Draws with the colours of vertices.
 BY_VERTEX = 2
 
@@ -57,7 +47,7 @@ class Recorder:
         Parameters
         ----------
         geometry : of `triangles` or `segments`
-        look : what differs from `LOOK`
+        look : of the material, beside `LOOK`
         kind, material : three.js' classes
         """
         drawn = {**LOOK, "transparent": look.get("opacity", 1.0) != 1.0, **look}

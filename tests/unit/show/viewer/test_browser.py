@@ -206,7 +206,7 @@ def test_a_click_on_the_path_goes_there(opened, shown):
     )
     opened.run(f"show.click({place[0]}, {place[1]})")
     found = opened.run("show.stage.row")
-    points = read_off(choose_sides(shown)[0], shown.machine).points
+    points = read_off(choose_sides(shown)[0], shown.machine)["points"]
     assert np.linalg.norm(points[round(found)] - points[row]) < 3.0
 
 

@@ -59,11 +59,11 @@ def test_feed_lean_and_power_are_those_of_the_motion(solution):
     read = read_off(side, solution.machine)
     motion, path = solution.motion, solution.toolpath
     cuts = np.flatnonzero(motion.cutting & (motion.time > 0.0))
-    np.testing.assert_allclose(read.programmed[cuts], 60.0 * path.feed[cuts])
-    np.testing.assert_allclose(read.actual[cuts], 60.0 * path.lengths[cuts] / motion.time[cuts], rtol=1e-9)
+    np.testing.assert_allclose(read["programmed"][cuts], 60.0 * path.feed[cuts])
+    np.testing.assert_allclose(read["actual"][cuts], 60.0 * path.lengths[cuts] / motion.time[cuts], rtol=1e-9)
     _, axis = tool_poses(solution.machine, motion.positions)
-    np.testing.assert_allclose(read.lean, np.degrees(angle_between(path.normal, axis)), atol=1e-9)
-    assert (read.powers * motion.time[:, None]).sum() == pytest.approx(solution.energy.total)
+    np.testing.assert_allclose(read["lean"], np.degrees(angle_between(path.normal, axis)), atol=1e-9)
+    assert (read["powers"] * motion.time[:, None]).sum() == pytest.approx(solution.energy.total)
 
 
 def test_a_finding_is_where_its_location_is_reached(solution, program):
@@ -79,7 +79,7 @@ def test_a_baseline_with_locations_of_its_own_follows_those(solution):
     longer = replace(baseline, motion=baseline.motion.at(rows), toolpath=solution.toolpath.at(rows))
     side = choose_sides(replace(solution, compared={"normal": longer}))[1]
     assert len(side.motion) == len(side.toolpath) == len(rows)
-    assert np.isfinite(read_off(side, solution.machine).lean).any()
+    assert np.isfinite(read_off(side, solution.machine)["lean"]).any()
 
 
 def test_a_very_long_motion_keeps_its_time_and_its_ends(solution, monkeypatch):
