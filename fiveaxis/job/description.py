@@ -44,11 +44,6 @@ LARGEST_SWEEP = 10_000
 # What the optimiser may choose of a setup.
 SEARCHED = ("x", "y", "z", "angle")
 
-if TYPE_CHECKING:
-    PlanTable = StrictModel
-else:
-    PlanTable = table_of(Planning, StrictModel)
-
 
 class _WrittenFor(StrictModel):
     machine: str | None = Field(
@@ -57,12 +52,6 @@ class _WrittenFor(StrictModel):
         description="machine that it was written for, by name or file; by default the job's",
         examples=["hayashi-640123"],
     )
-
-
-if TYPE_CHECKING:
-    ProgramTable = _WrittenFor
-else:
-    ProgramTable = table_of(ReadProgram, _WrittenFor)
 
 
 # What a program may be worse in than the one that it replaces, if that is allowed.
@@ -110,14 +99,6 @@ class _Searched(StrictModel):
     )
 
 
-if TYPE_CHECKING:
-
-    class SetupTable(_Searched, Placing): ...  # noqa: D101 -- what mypy sees of the one below
-
-else:
-    SetupTable = table_of(Placing, _Searched)
-
-
 class FixtureFile(StrictModel):
     """Fixtures and clearances in a separate file."""
 
@@ -133,14 +114,6 @@ class _Sourced(StrictModel):
     )
 
 
-if TYPE_CHECKING:
-
-    class FactorsTable(_Sourced, Costs): ...  # noqa: D101 -- what mypy sees of the one below
-
-else:
-    FactorsTable = table_of(Costs, _Sourced)
-
-
 class _Input(StrictModel):
     input: Path = Field(description="mesh, list of points, APT file or NC program")
     tool: str | None = Field(
@@ -150,16 +123,22 @@ class _Input(StrictModel):
     )
 
 
+# Tables with the options of groups; mypy sees classes with both.
 if TYPE_CHECKING:
+    PlanTable = StrictModel
+    ProgramTable = _WrittenFor
+
+    class SetupTable(_Searched, Placing): ...  # noqa: D101
+
+    class FactorsTable(_Sourced, Costs): ...  # noqa: D101
 
     class _Bounded(_Input, OnMachine, Bounds, Surrounding, Meshes, Search, Writing): ...
 
 else:
-    _Bounded = reduce(
-        lambda base, group: table_of(group, base),
-        (OnMachine, Bounds, Surrounding, Meshes, Search, Writing),
-        _Input,
-    )
+    PlanTable, ProgramTable = table_of(Planning, StrictModel), table_of(ReadProgram, _WrittenFor)
+    SetupTable, FactorsTable = table_of(Placing, _Searched), table_of(Costs, _Sourced)
+    groups = (OnMachine, Bounds, Surrounding, Meshes, Search, Writing)
+    _Bounded = reduce(lambda base, group: table_of(group, base), groups, _Input)
 
 
 class Job(_Bounded):
