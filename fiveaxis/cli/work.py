@@ -55,12 +55,7 @@ class Times(ProgressColumn):
 
 
 class Work:
-    """The work of a command: what it does, how much of it is done, and since when.
-
-    Parameters
-    ----------
-    clock : s
-    """
+    """The work of a command: what it does, how much of it is done, and since when by a clock, s."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock

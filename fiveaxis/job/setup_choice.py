@@ -95,16 +95,11 @@ def run_task(task: JobTask, progress: Progress = unheard, checkpoint: Checkpoint
 
 
 class _Choice:
-    """The choice between the given setup and others, each run in full.
+    """The choice between the given setup and others, each run in full, optionally from start postures.
 
     A search ends in one of several local optima, and not in the same one for another setup: part of what a
     setup seems to save is chance. So the given setup is run once more from the postures that the other one
     found; what it gains by that shows how precisely costs of this job can be compared.
-
-    Parameters
-    ----------
-    given : the given setup
-    run : runs a setup in full, optionally from start postures
     """
 
     def __init__(self, given: SetupTable, run: Callable[..., Outcome | Infeasible]) -> None:

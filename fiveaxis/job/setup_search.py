@@ -63,12 +63,7 @@ def search_setups(task: JobTask, search: SetupSearch, progress: Progress = unhea
 
 
 class SetupCosts:
-    """Rough costs of setups, J, with the price of time; `Infeasible` is raised where no path exists.
-
-    Parameters
-    ----------
-    task : of the job, in the given setup
-    """
+    """Rough costs of setups, J, with the price of time; `Infeasible` is raised where no path exists."""
 
     def __init__(self, task: JobTask) -> None:
         job, machine, toolpath = task.job, task.machine, task.toolpath

@@ -48,13 +48,7 @@ CANCELLED = "cancelled"
 
 
 class Run:
-    """A piece of work, and what its process says.
-
-    Parameters
-    ----------
-    process : that waits for a request
-    ask : the request
-    """
+    """A piece of work, and what its process says, which waits for the request."""
 
     def __init__(self, process: asyncio.subprocess.Process, ask: dict[str, Any]) -> None:
         self.ask, self.began, self.process = ask, time.monotonic(), process

@@ -19,19 +19,10 @@ LOCK = ".fiveaxis-batch.lock"
 
 
 class Ledger:
-    """Rows by name, on the disk as soon as they are known.
+    """Rows by name, on the disk as soon as they are known; those of an earlier batch in the folder are kept.
 
     Both files are replaced in one step, so a reader always finds whole lines, and a crash while writing keeps
-    all earlier rows. Only the JSON lines are read again.
-
-    Parameters
-    ----------
-    folder : of the results; rows of an earlier batch in it are kept
-
-    Raises
-    ------
-    SettingError
-        A file of results that can't be read.
+    all earlier rows. Only the JSON lines are read again; `SettingError` for a file that can't be.
     """
 
     def __init__(self, folder: Path) -> None:

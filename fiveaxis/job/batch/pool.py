@@ -121,13 +121,7 @@ class Losses:
 
 @dataclass(frozen=True)
 class Limits:
-    """What a job may take.
-
-    Parameters
-    ----------
-    timeout : s
-    memory : MB that stay in its worker's memory; each job then has a fresh worker
-    """
+    """What a job may take: s, and MB of its worker's memory, for which each job has a fresh worker."""
 
     timeout: float | None = None
     memory: float | None = None
