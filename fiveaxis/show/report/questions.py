@@ -63,11 +63,6 @@ class Answer:
     details: tuple[Detail, ...] = ()
     folded: tuple[Detail, ...] = ()
 
-    @property
-    def lines(self) -> tuple[str, ...]:
-        """The answer as lines of plain text, the answer itself first."""
-        return (self.text, *(f"{about}: {text}" for about, text in (*self.details, *self.folded)))
-
     def as_dict(self) -> dict[str, Any]:
         """Return the answer as plain data for JSON."""
         details = [detail._asdict() for detail in (*self.details, *self.folded)]
@@ -88,9 +83,6 @@ class Answers:
     safe: Answer
     saved: Answer
     next: Answer
-
-    def __iter__(self) -> Iterator[Answer]:
-        return iter((self.safe, self.saved, self.next))
 
     def as_dict(self) -> dict[str, Any]:
         """Return the answers as plain data for JSON."""

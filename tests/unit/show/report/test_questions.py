@@ -13,9 +13,15 @@ from fiveaxis.posture import Optimum
 from fiveaxis.posture.solution import AS_PROGRAMMED
 from fiveaxis.show import ReportDocument
 from fiveaxis.show.report.facts import Overriding, ProgramFigures
+from fiveaxis.show.report.questions import Answer
 from fiveaxis.show.report.words import saving
 
 THIN = "\u2009"
+
+
+def lines_of(answer: Answer) -> tuple[str, ...]:
+    """The answer as lines of plain text, the answer itself first."""
+    return (answer.text, *(f"{about}: {text}" for about, text in (*answer.details, *answer.folded)))
 
 
 def test_a_verified_program_is_never_called_safe_while_something_is_not_checked(
@@ -23,7 +29,7 @@ def test_a_verified_program_is_never_called_safe_while_something_is_not_checked(
 ) -> None:
     found = ReportDocument(solution, verdict).answers
     assert found.verdict == "partial"
-    assert found.safe.lines[:2] == (
+    assert lines_of(found.safe)[:2] == (
         "Only in part: no errors, but not every risk was checked.",
         "Risk: gouges: add part (--part) to the job.",
     )
@@ -46,13 +52,15 @@ def test_errors_answer_no_and_say_what_to_correct(
     kept = {"axis-limit": 1500}
     found = ReportDocument(solution, unsafe_verdict, program=program, kept_back=kept).answers
     assert found.verdict == "unsafe"
-    assert f"Kept back: No NC program was written, because of axis-limit (1{THIN}500)." in found.safe.lines
+    assert f"Kept back: No NC program was written, because of axis-limit (1{THIN}500)." in lines_of(
+        found.safe
+    )
     assert found.saved.details[0].text == "this doesn’t count until the errors are corrected."
-    first, second = found.next.lines
+    first, second = lines_of(found.next)
     assert first == "Correct the errors, and run it again."
     assert second.startswith("Correct: axis-limit (1500): A = -131.2 deg")
     assert second.endswith("narrow the tilt range")
-    assert "G55" not in " ".join(found.next.lines)
+    assert "G55" not in " ".join(lines_of(found.next))
 
 
 def test_a_program_that_is_kept_back_is_not_to_be_run_whatever_else_was_accepted(
@@ -65,7 +73,7 @@ def test_a_program_that_is_kept_back_is_not_to_be_run_whatever_else_was_accepted
         solution, verdict, program=program, kept_back={"gouge": 1}, overriding=accepted
     ).answers
     assert found.verdict == "overridden"
-    first, *others = found.next.lines
+    first, *others = lines_of(found.next)
     assert first == "Correct the errors, and run it again."
     assert [line.split(" (")[0] for line in others] == ["Correct: gouge"]
 
@@ -160,7 +168,7 @@ def test_what_to_do_names_start_offset_tool_and_control(
     solution: Optimum, verdict: Report, program: ProgramFigures
 ) -> None:
     document = ReportDocument(solution, verdict, program=program)
-    assert document.answers.next.lines[1:] == (
+    assert lines_of(document.answers.next)[1:] == (
         "Start: the approach turns A −45°, C 0.123°, then goes to X 1.5, Y −2, Z 408.857 mm.",
         "Start: start with the tool clear of part and table.",
         "Work offset: G55.",
@@ -185,7 +193,9 @@ def test_the_answers_are_plain_data_too(solution: Optimum, verdict: Report) -> N
     found = ReportDocument(solution, verdict).answers
     data = found.as_dict()
     assert list(data) == ["verdict", "safe", "saved", "next"]
-    assert [data[key]["question"] for key in ("safe", "saved", "next")] == [a.question for a in found]
+    assert [data[key]["question"] for key in ("safe", "saved", "next")] == [
+        each.question for each in (found.safe, found.saved, found.next)
+    ]
     text = "gouges: add part (--part) to the job."
     assert data["safe"]["details"][0] == {"about": "Risk", "text": text}
     assert not data["safe"]["details"][1:]
@@ -215,10 +225,10 @@ def test_starts_and_reversals_stand_beside_those_of_every_baseline(
     )
     document = ReportDocument(counted, verdict)
     line = f"Steadiness: starts 51, reversals 62; normal: 15, 1{THIN}291."
-    assert line in document.answers.saved.lines
+    assert line in lines_of(document.answers.saved)
     alone = ReportDocument(replace(solution, compared={}), verdict)
     words = f"starts {solution.energy.starts}, reversals {solution.energy.reversals}."
-    assert f"Steadiness: {words}" in alone.answers.saved.lines
+    assert f"Steadiness: {words}" in lines_of(alone.answers.saved)
 
 
 def test_without_accelerations_it_says_what_is_assumed_and_how_smooth_the_program_is(
@@ -227,7 +237,7 @@ def test_without_accelerations_it_says_what_is_assumed_and_how_smooth_the_progra
     changes = {"X": SpeedChange(23.62, 7), "C": SpeedChange(np.radians(23.62), 7)}
     steadiness = replace(solution.energy.steadiness, changes=changes)
     changing = replace(solution, energy=replace(solution.energy, steadiness=steadiness))
-    lines = ReportDocument(changing, verdict, lines={"X": None, "C": 19}).answers.saved.lines
+    lines = lines_of(ReportDocument(changing, verdict, lines={"X": None, "C": 19}).answers.saved)
     (assumed,) = [line for line in lines if line.startswith("Assumed: ")]
     assert assumed == (
         "Assumed: the axes start, stop and reverse without losing time, as the machine file states no "
@@ -276,5 +286,5 @@ def test_one_axis_without_acceleration_is_named_alone(solution: Optimum, verdict
     partly = replace(solution, machine=replace(solution.machine, axes=tuple(axes)))
     document = ReportDocument(partly, verdict)
     assert document.as_dict()["machine"]["acceleration_unknown"] == ["A"]
-    assert "no max_acceleration of A: " in str(document.answers.saved.lines)
-    assert "State it ([axes.A]), and" in str(document.answers.saved.lines)
+    assert "no max_acceleration of A: " in str(lines_of(document.answers.saved))
+    assert "State it ([axes.A]), and" in str(lines_of(document.answers.saved))
