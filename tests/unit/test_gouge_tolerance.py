@@ -114,33 +114,6 @@ def test_two_tolerances_that_differ_are_refused(cut, hayashi):
         verify(motion, hayashi, cut, gouge_tolerance=0.02, tolerances=Tolerances(gouge=0.05))
 
 
-def test_the_verb_verify_takes_and_names_it(program, floor):
-    words = ("verify", program, "-m", "hayashi-640123", "--tool", "ball:10", "--part", floor)
-    fine = run(*words, "--gouge-tolerance", FINE)
-    assert fine.exit_code == 1
-    assert "gouge (" in fine.stdout
-    coarse = run(*words, "--gouge-tolerance", COARSE, "--json")
-    document = json.loads(coarse.stdout)
-    assert coarse.exit_code == 0
-    assert "gouge" not in document["counts"]
-    assert any("(gouge tolerance 0.04 mm)" in sentence for sentence in document["passed"])
-    wrong = run(*words, "--gouge-tolerance", "-1")
-    assert wrong.exit_code == 2
-    assert "gouge_tolerance = -1 mm" in wrong.stderr
-
-
-def test_the_verb_post_takes_it_and_its_report_names_it(program, floor, tmp_path):
-    words = ("post", program, "-m", "hayashi-640123", "-c", "linuxcnc", "--tool", "ball:10", "--part", floor)
-    fine = run(*words, "-o", tmp_path / "fine.ngc", "--gouge-tolerance", FINE)
-    assert fine.exit_code == 1
-    assert "gouge" in fine.stderr
-    coarse = run(*words, "-o", tmp_path / "coarse.ngc", "--gouge-tolerance", COARSE, "--json")
-    assert coarse.exit_code == 0, coarse.stderr
-    assert not (tmp_path / "fine.ngc").exists()
-    passed = json.loads(coarse.stdout)["verification"]["passed"]
-    assert any("gouge tolerance 0.04 mm" in sentence for sentence in passed)
-
-
 def test_a_job_takes_it_and_its_reports_name_it(points, floor, tmp_path):
     words = (
         "optimise",

@@ -85,21 +85,6 @@ def test_the_figure_is_written_and_the_same_each_time(log, tmp_path, suffix, mag
     assert first == second
 
 
-@pytest.mark.parametrize("axis", ["X", "Y"])
-def test_the_umich_log_is_explained_from_the_command_line(data, axis):
-    columns = {
-        "--power": "OutputPower",
-        "--velocity": "ActualVelocity",
-        "--acceleration": "ActualAcceleration",
-    }
-    words = [word for option, name in columns.items() for word in (option, f"{axis}1_{name}")]
-    words += ["--axis", axis, "--model", "friction", "--power-unit", "kW", "--max-acceleration", "30"]
-    words += ["--velocity-unit", "mm/s", "--acceleration-unit", "mm/s2"]
-    result = run(data / "power" / "umich_experiment_01.csv", *words, "--json")
-    assert result.exit_code == 0, result.output
-    assert json.loads(result.stdout)["r_squared"] >= 0.95
-
-
 def test_a_missing_column_is_one_line_on_stderr_that_names_the_nearest(log):
     words = [word if word != "speed" else "sped" for word in AFFINE]
     result = run(log, *words)
@@ -157,12 +142,6 @@ def test_the_umich_runs_that_were_held_out_are_within_five_percent(data, axis):
     assert gaps["jumps of position that the velocity doesn't explain"] > 100
 
 
-def test_the_umich_power_without_its_kilowatts_is_refused(data):
-    result = umich(data, "X", "11", "--power-unit", "W")
-    assert result.exit_code == 2
-    assert "peaks at 0.0189 W, below the 1 W of machine tools; the likely unit is kW (not W)" in result.stderr
-
-
 def test_held_out_runs_are_a_table(data, monkeypatch, tmp_path):
     monkeypatch.setenv("COLUMNS", "120")
     figure = tmp_path / "x.svg"
@@ -194,12 +173,3 @@ def test_shares_of_a_load_are_printed(tmp_path):
     assert "the load is 36 % standing (median of 50 rows) and 40 % moving" in refused.stderr
     result = run(*words, "--nominal-power", 1500)
     assert "of 1500 W: 36.0% standing, 40.0% moving" in result.stdout
-
-
-def test_a_missing_unit_is_one_line_that_lists_the_units(log):
-    words = [word for word in AFFINE if word not in ("--velocity-unit", "mm/s")]
-    result = run(log, *words)
-    assert result.exit_code == 2
-    assert result.stderr.startswith(
-        "error: the velocity has no unit; state the one of its column: mm/s, mm/min"
-    )

@@ -283,12 +283,6 @@ def test_f_that_nobody_knows_the_meaning_of_is_not_written_anew(tmp_path):
         fx.revise_program(file, own, cone=20.0, effort="quick", tool="1=ball:6")
 
 
-def test_an_operation_that_does_not_exist_is_refused(tmp_path):
-    job = make_job(input=shop_file(tmp_path, "fanuc"), tool="3=ball:6", program={"operation": 9}, **QUICK)
-    with pytest.raises(JobError, match="has no operation 9; it holds 5"):
-        revise_operations(job)
-
-
 def test_axis_words_before_tcp_are_a_risk_where_their_zero_is_unknown(tmp_path):
     """Counted from the machine's zero, the words of the approach would be beyond the travel."""
     machine = fx.load_machine("dmu50ev").with_setup((-46.0, 0.0, 162.0))

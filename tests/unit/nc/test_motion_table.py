@@ -19,16 +19,6 @@ MOTION = Motion(
 )
 
 
-def test_a_motion_is_written_in_mm_deg_and_mm_per_minute(trunnion, tmp_path):
-    path = write_motion(MOTION, tmp_path / "motion.csv", trunnion)
-    # The signs are the model's, although this control counts A and C in the opposite direction.
-    assert path.read_bytes().decode("ascii") == (
-        "X,Y,Z,A,C,feed,time,source,kind\n"
-        "1.500000000,-2.000000000,0.000000000,30.000000000,-720.000000000,600.000000000,0.000000000,7,0\n"
-        "1.500000000,-2.000000000,0.000000000,30.000000000,-720.000000000,1200.000000000,0.250000000,12,2\n"
-    )
-
-
 def test_a_motion_of_another_machine_is_not_written(tmp_path):
     from fiveaxis.model import Machine
 

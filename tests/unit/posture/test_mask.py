@@ -1,10 +1,8 @@
 """Masks of postures: what is asked, and what is refused in addition."""
 
 import numpy as np
-import pytest
 
 import fiveaxis as fx
-from fiveaxis.base.errors import SettingError
 from fiveaxis.posture.mask import RADIUS, Mask, Spots
 
 ROWS = np.array([3, 3, 4])
@@ -69,8 +67,3 @@ def test_a_mask_counts_angles_as_the_machine_does():
     unwrapped = np.array([[2.0 * np.pi if np.isfinite(end) else 0.0 for end in high]])
     assert not mask.admits(np.array([0]), unwrapped).any()
     assert mask.wrapped(machine).admits(np.array([0]), unwrapped).all()
-
-
-def test_an_answer_that_is_not_one_truth_value_a_posture_is_refused():
-    with pytest.raises(SettingError, match=r"\(3,\) of bool is needed"):
-        Mask(lambda rows, _: rows).admits(ROWS, np.zeros((3, 2)))

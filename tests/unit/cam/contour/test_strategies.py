@@ -44,11 +44,6 @@ def spool() -> trimesh.Trimesh:
     return revolved(outer + inner)
 
 
-def test_the_spool_is_a_solid(spool):
-    assert spool.is_watertight
-    assert spool.volume > 0.0
-
-
 def test_undercuts_of_inner_and_outer_walls_are_cut_from_both_sides(spool):
     path = plan_contour(spool, Tool.ball(6), stepdown=1.0, overhang=True)
     contact, normal = path.contact[path.cutting], path.normal[path.cutting]

@@ -6,7 +6,14 @@ from scipy.spatial.transform import Rotation
 from support.coal_query import HERE, PAIRS, SHAPES, CoalQuery, poses_of
 
 from fiveaxis.base import translation
-from fiveaxis.check.collision.pieces import PairQuery, box_piece, cylinder_piece, mesh_piece, revolved_pieces
+from fiveaxis.check.collision.pieces import (
+    PairQuery,
+    box_piece,
+    convex_runs,
+    cylinder_piece,
+    mesh_piece,
+    revolved_pieces,
+)
 
 POSES = 60
 # mm: where both agree that nothing touches or overlaps by more than this, the answers have to be the same.
@@ -97,3 +104,9 @@ def test_a_query_is_the_same_from_both_sides():
         there, back = PairQuery(one, two), PairQuery(two, one)
         assert there.gap(pose, 9.0) == pytest.approx(back.gap(np.linalg.inv(pose), 9.0), abs=EXACT)
         assert there.depth(pose) == pytest.approx(back.depth(np.linalg.inv(pose)), abs=EXACT)
+
+
+def test_an_outline_is_split_where_it_turns_inwards():
+    outline = np.array([[0.0, 0.0], [4.0, 2.0], [4.0, 6.0], [2.0, 6.0], [2.0, 20.0]])
+    runs = convex_runs(outline)
+    assert [run.tolist() for run in runs] == [outline[:4].tolist(), outline[3:].tolist()]

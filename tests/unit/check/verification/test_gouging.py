@@ -1,14 +1,13 @@
 """The cutter against a mesh, at locations and in the moves between them."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
 
-from fiveaxis.cam import Mesh, TriangleTree, load_mesh, plan_contour
-from fiveaxis.check import PathConstraints, verify
+from fiveaxis.cam import Mesh, TriangleTree
+from fiveaxis.check import verify
 from fiveaxis.check.verification.check_context import DEFAULT_TOLERANCES, make_context
 from fiveaxis.check.verification.cutting_body import CuttingBody
 from fiveaxis.check.verification.gouging import MovePoses, gouge_depths
@@ -275,27 +274,3 @@ def test_no_point_of_the_cutter_exceeds_the_bound_on_its_movement(hayashi, tcp_h
 def leant_axis(degrees):
     angle = np.radians(degrees)
     return np.array([[0.0, -np.sin(angle), np.cos(angle)]])
-
-
-PART = Path(__file__).parents[4] / "examples" / "overhang" / "part.stl"
-
-
-@pytest.mark.parametrize(
-    "plan",
-    [
-        {"stepdown": 6.0},
-        {"stepdown": 6.0, "spiral": True},
-        {"stepdown": 6.0, "lead_in": 2.0, "lead_out": 2.0, "order": "islands"},
-        {"strategy": "raster", "stepover": 6.0, "direction": "zigzag", "raster_angle": 30.0},
-    ],
-    ids=str,
-)
-def test_a_path_that_was_planned_for_a_ball_gouges_nowhere(hayashi, plan):
-    path = plan_contour(PART, Tool.ball(8.0), spacing=1.0, **plan)
-    context = make_context(upright(path, hayashi), hayashi, path, PathConstraints(), DEFAULT_TOLERANCES)
-    here, within = gouge_depths(context, load_mesh(PART), tcp_height=path.zone.height)
-    assert here.max() <= DEFAULT_TOLERANCES.gouge
-    assert within.max() <= DEFAULT_TOLERANCES.chord_gouge
-    # Links among them, and somewhere it touches.
-    assert (path.kind != MoveKind.CUT).any()
-    assert here.max() > -1e-6

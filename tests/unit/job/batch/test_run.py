@@ -202,13 +202,6 @@ def test_a_sweep_whose_variants_fail_is_compared_all_the_same(write_job, pretend
     assert "no posture" in (tmp_path / "out" / "cup" / "comparison.svg").read_text()
 
 
-def test_nothing_runs_where_two_jobs_have_one_name(jobs, write_job, pretended, tmp_path):
-    with pytest.raises(SettingError, match="rename one"):
-        run_batch([*jobs, write_job("a", folder="more")], tmp_path / "out")
-    assert pretended.ran == []
-    assert not (tmp_path / "out").exists()
-
-
 def test_without_dask_a_scheduler_says_what_to_install(jobs, tmp_path, monkeypatch):
     def lacking(name, *rest, find=builtins.__import__):
         if name == "distributed":

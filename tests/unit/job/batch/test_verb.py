@@ -108,16 +108,6 @@ def test_the_tables_have_the_starts_and_reversals_of_each_job(lot):
     assert re.search(r"^ *fine +fine .* 51 +62 *$", words, re.M)
 
 
-@pytest.mark.parametrize(
-    ("names", "code"),
-    [("fine cup", 0), ("fine unsound", 1), ("unsound none fine", 3), ("wrong none", 2)],
-)
-def test_the_exit_code_is_that_of_the_worst_job_also_of_those_that_are_found_done(lot, names, code):
-    result = run([lot.files[name] for name in names.split()], lot.out)
-    assert result.exit_code == code
-    assert ", as before (" in result.stderr
-
-
 def test_a_sweep_ends_in_a_page_a_table_and_a_figure_and_each_is_named(lot):
     result = run([lot.files["cup"]], lot.out)
     assert "sweep cup" in result.stdout

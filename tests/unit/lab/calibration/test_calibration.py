@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from scipy.special import ndtri
 
-from fiveaxis.base.errors import FiveAxisError, InputError, SettingError
+from fiveaxis.base.errors import InputError, SettingError
 from fiveaxis.lab.calibration.calibration import Calibration, calibrate_drive
 from fiveaxis.model import (
     AffineDrive,
@@ -498,11 +498,6 @@ def test_a_bad_option_is_refused(tmp_path, name):
     file.write_text(lines())
     with pytest.raises(SettingError, match=message):
         fit(file, **{"axis": "Y", "model": "affine", "power": "P", "velocity": "v"} | options)
-
-
-def test_a_log_that_is_not_there_is_refused(tmp_path):
-    with pytest.raises(FiveAxisError, match=r"none.csv: no such file"):
-        fit(tmp_path / "none.csv", axis="X", model="affine", power="P", velocity="v")
 
 
 def test_a_fit_worse_than_the_mean_is_refused_and_names_the_power_at_rest(tmp_path):

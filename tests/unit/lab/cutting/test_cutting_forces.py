@@ -1,4 +1,4 @@
-"""Mechanistic milling forces: closed forms, conservation, and the two routes to the mean power."""
+"""Mechanistic milling forces: closed forms and quadratures of cuts."""
 
 from dataclasses import replace
 
@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from cutting_forces import CuttingRecord, ForceCoefficients, cutting_record
 from scipy.integrate import quad
-from wrench import net_power, revolution_average, wrench_power
 
 from fiveaxis.base.errors import SettingError, ToolError
 from fiveaxis.lab.cutting.cutting_forces import mean_cutting_power
@@ -20,7 +19,6 @@ SHARP = replace(STEEL, tangential_edge=0.0, radial_edge=0.0, axial_edge=0.0)
 # 0.3 % where helix or ball spread the entry.
 STRAIGHT, SPREAD = 1e-2, 3e-3
 # What the feed drives add to the spindle's power: of the order of feed over cutting speed, 0.8 % here.
-FEED_SHARE = 0.02
 DEGREE = np.pi / 180.0
 
 FLAT = EndMill("flat", 10.0, teeth=3, helix=30.0 * DEGREE)
@@ -64,56 +62,6 @@ def test_without_edge_forces_power_is_coefficient_times_removal_rate(cut):
     assert mean_power(cutting_record(cut, SHARP)) == pytest.approx(expected, rel=SPREAD)
 
 
-@every_cut
-def test_energy_of_a_turn_is_volume_times_cutting_plus_swept_surface_times_edge_coefficient(cut):
-    one = replace(cut, mill=replace(cut.mill, teeth=1), feed=cut.feed / cut.mill.teeth)
-    turn = 2.0 * np.pi / one.spindle
-    energy = mean_power(cutting_record(one, STEEL)) * turn  # J
-    volume = removal_rate(one) * turn
-    expected = STEEL.tangential * volume + STEEL.tangential_edge * swept_surface(one)
-    assert 1e3 * energy == pytest.approx(expected, rel=SPREAD)
-
-
-@every_cut
-def test_the_mean_of_several_teeth_is_their_number_times_one_tooths(cut):
-    """At the same feed per tooth."""
-    one = replace(cut, mill=replace(cut.mill, teeth=1), feed=cut.feed / cut.mill.teeth)
-    assert one.feed_per_tooth == pytest.approx(cut.feed_per_tooth)
-    many, single = cutting_record(cut, STEEL), cutting_record(one, STEEL)
-    np.testing.assert_allclose(mean_force(many), cut.mill.teeth * mean_force(single), rtol=1e-9, atol=1e-9)
-    assert mean_torque(many) == pytest.approx(cut.mill.teeth * mean_torque(single))
-
-
-@every_cut
-def test_the_helix_moves_forces_in_time_and_leaves_their_mean(cut):
-    straight = cutting_record(replace(cut, mill=replace(cut.mill, helix=0.0)), STEEL, samples=3600)
-    helical = cutting_record(cut, STEEL, samples=3600)
-    assert mean_power(helical) == pytest.approx(mean_power(straight), rel=SPREAD)
-    size = np.linalg.norm(mean_force(straight))
-    np.testing.assert_allclose(mean_force(helical), mean_force(straight), atol=SPREAD * size)
-    assert np.abs(helical.power - straight.power).max() > 0.01 * mean_power(straight)
-
-
-def test_a_right_hand_helix_lets_the_higher_edge_enter_later():
-    """One disc, at half the depth, lags by depth/2·tan(helix)/R: here 10.3 samples of half a degree."""
-    helix = np.arctan(10.3 * 0.5 * DEGREE * 5.0 / 1.0)
-    records = [
-        cutting_record(Cut(EndMill("flat", 10.0, 1, angle), 2.0, 4.0, 5.0, 500.0), STEEL, discs=1)
-        for angle in (0.0, helix, -helix)
-    ]
-    straight, late, early = (int(np.flatnonzero(r.power)[0]) for r in records)
-    assert late - straight == pytest.approx(10.3, abs=1.0)
-    assert straight - early == pytest.approx(10.3, abs=1.0)
-
-
-@every_cut
-def test_finer_samples_come_nearer_to_the_closed_form(cut):
-    cut = replace(cut, mill=replace(cut.mill, helix=0.0))
-    exact = mean_cutting_power(cut, STEEL)
-    fine = mean_power(cutting_record(cut, STEEL, samples=7200, discs=100))
-    assert fine == pytest.approx(exact, rel=STRAIGHT / 10.0)
-
-
 def test_slotting_forces_are_altintas_closed_form():
     """Mean of a straight or helical slot: F_x = -Z a (K_rc c/4 + K_re/π), F_y with K_t, F_z -K_ac c/π."""
     cut = CUTS["flat slot"]
@@ -134,26 +82,6 @@ def test_slotting_forces_are_altintas_closed_form():
     # Mean tangential force of one tooth over its half turn is torque over radius: K_tc c/π + K_te/2 per mm.
     tangential = teeth * depth * (STEEL.tangential * bite / np.pi + STEEL.tangential_edge / 2.0)
     assert mean_torque(record) / cut.mill.radius == pytest.approx(tangential, rel=1e-6)
-
-
-@pytest.mark.parametrize(("milling", "entry"), [("up", 0.0), ("down", 120.0)])
-def test_one_tooths_partial_engagement_is_quadrature_of_the_textbooks_integrand(milling, entry):
-    """A width of R/2: up from 0 to 60 deg, down from 120 to 180 deg."""
-    mill = EndMill("flat", 10.0, teeth=1)
-    cut = Cut(mill, 2.0, 2.5, 5.0, 500.0, milling)
-    begin, end = entry * DEGREE, (entry + 60.0) * DEGREE
-    k, bite = STEEL, cut.feed_per_tooth
-
-    def force(phi, axis):
-        tangential = k.tangential * bite * np.sin(phi) + k.tangential_edge
-        radial = k.radial * bite * np.sin(phi) + k.radial_edge
-        x = -tangential * np.cos(phi) - radial * np.sin(phi)
-        y = tangential * np.sin(phi) - radial * np.cos(phi)
-        return cut.depth * (x, y)[axis]
-
-    expected = [quad(force, begin, end, args=(axis,))[0] / (2.0 * np.pi) for axis in (0, 1)]
-    record = cutting_record(cut, STEEL, samples=36_000, discs=1)
-    np.testing.assert_allclose(mean_force(record)[:2], expected, rtol=1e-3)
 
 
 def test_an_upright_ball_slot_is_quadrature_over_its_profile():
@@ -180,15 +108,6 @@ def test_an_upright_ball_slot_is_quadrature_over_its_profile():
     np.testing.assert_allclose(mean_force(record), expected, rtol=STRAIGHT / 10.0)
 
 
-def test_leaning_a_ball_changes_its_mean_force_and_leaves_its_mean_power():
-    upright = CUTS["ball down"]
-    back = replace(upright, lead=-30.0 * DEGREE)
-    first, second = cutting_record(upright, STEEL), cutting_record(back, STEEL)
-    assert mean_power(second) == pytest.approx(mean_power(first), rel=SPREAD)
-    change = np.linalg.norm(mean_force(second) - mean_force(first))
-    assert change > 0.2 * np.linalg.norm(mean_force(first))
-
-
 def test_lead_and_lean_are_those_of_the_posture_baselines():
     """In feed axes: feed x, normal z; both rooms must mean the same by the two angles."""
     cut = CUTS["ball tilted"]
@@ -196,16 +115,6 @@ def test_lead_and_lean_are_those_of_the_posture_baselines():
     np.testing.assert_allclose(cut.tool_axes[2], leaned(normal, feed, cut.lead, cut.lean)[0], atol=1e-15)
     np.testing.assert_allclose(cut.tool_axes @ cut.tool_axes.T, np.eye(3), atol=1e-15)
     assert np.linalg.det(cut.tool_axes) == pytest.approx(1.0)
-
-
-@pytest.mark.parametrize("milling", ["up", "down"])
-def test_the_torque_is_the_moment_of_the_forces_about_the_tool_axis(milling):
-    """One tooth, one disc: all force acts at (R sinφ, R cosφ)."""
-    record = cutting_record(
-        Cut(EndMill("flat", 10.0, teeth=1), 2.0, 4.0, 5.0, 500.0, milling), STEEL, discs=1
-    )
-    x, y = 5.0 * np.sin(record.angle), 5.0 * np.cos(record.angle)
-    np.testing.assert_allclose(x * record.force[:, 1] - y * record.force[:, 0], record.torque, atol=1e-9)
 
 
 @pytest.mark.parametrize("shape", ["flat", "ball"])
@@ -217,31 +126,6 @@ def test_up_milling_works_on_the_left_of_the_feed_and_down_milling_on_its_right(
         centre[milling] = np.sum(record.angle * record.power) / np.sum(record.power) / DEGREE
     assert centre["up"] < 60.0
     assert centre["up"] + centre["down"] == pytest.approx(180.0, abs=0.5)
-
-
-@every_cut
-def test_forces_carry_the_power_that_the_spindle_gives(cut):
-    """Wrench times twist of the tool: torque times speed, and the feed's own small share F·v_f."""
-    record = cutting_record(cut, STEEL)
-    zero = np.zeros_like(record.torque)
-    moment = np.stack([zero, zero, record.torque], axis=-1)
-    feed = cut.tool_axes @ np.array([cut.feed, 0.0, 0.0])
-    taken = -wrench_power(record.force, moment, feed, np.array([0.0, 0.0, -cut.spindle]))
-    np.testing.assert_allclose(taken, record.power - record.force @ feed / 1e3, rtol=1e-12, atol=1e-9)
-    assert abs(taken.mean() / record.power.mean() - 1.0) < FEED_SHARE
-
-
-def test_the_record_averages_by_equation_18_to_its_mean():
-    cut = CUTS["ball down"]
-    record = cutting_record(cut, STEEL)
-    mean = revolution_average(record.power, record.angle / cut.spindle, cut.spindle)
-    assert mean == pytest.approx(mean_power(record), rel=1e-12)
-
-
-def test_a_flat_cut_without_edge_forces_is_the_handbooks_net_power():
-    cut = CUTS["flat down"]
-    expected = net_power(cut.depth, cut.width, cut.feed, SHARP.tangential)
-    assert mean_cutting_power(cut, SHARP) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("name", ["flat up", "ball slot", "ball tilted"])
@@ -272,18 +156,6 @@ def test_a_balls_section_and_swept_surface_are_quadratures_over_height(width):
     surface = quad(arc, 0.0, 2.0, points=kink, limit=200)[0]
     assert removal_rate(cut) == pytest.approx(20.0 * section, rel=1e-7)
     assert swept_surface(cut) == pytest.approx(surface, rel=1e-7)
-
-
-def test_a_sharp_mill_obeys_units():
-    """Twice the length unit: K in N/mm² falls by 4, mm and mm/s double, N stay, power stays in its unit."""
-    cut = CUTS["ball down"]
-    bigger = Cut(replace(BALL, diameter=20.0), 4.0, 8.0, 40.0, 500.0, "down")
-    scaled = ForceCoefficients(
-        1800.0 / 4, 20.0 / 2, radial=700.0 / 4, axial=300.0 / 4, radial_edge=15.0 / 2, axial_edge=5.0 / 2
-    )
-    here, there = cutting_record(cut, STEEL), cutting_record(bigger, scaled)
-    np.testing.assert_allclose(there.force, here.force, rtol=1e-9, atol=1e-9)
-    np.testing.assert_allclose(there.torque, 2.0 * here.torque, rtol=1e-9, atol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -348,8 +220,3 @@ def test_an_impossible_mill_is_refused(arguments, message):
 def test_impossible_coefficients_are_refused(arguments, message):
     with pytest.raises(SettingError, match=message):
         ForceCoefficients(**{"tangential": 1800.0} | arguments)
-
-
-def test_too_few_samples_are_refused():
-    with pytest.raises(SettingError, match="7 samples and 60 discs; take at least 8"):
-        cutting_record(CUTS["flat slot"], STEEL, samples=7)

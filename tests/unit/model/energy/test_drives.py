@@ -179,15 +179,6 @@ def test_a_rising_head_bears_its_weight_and_a_rising_table_the_load_too():
     np.testing.assert_allclose(moved_weights(table)[2], 350.0 * G)
 
 
-def test_a_tilting_tables_torque_is_that_of_a_pendulum():
-    """m g (y cos a − z sin a) about A through the origin, with the table turning by −a."""
-    machine = Machine.from_code("640123").with_load(20.0, (0.0, 30.0, 80.0))
-    a = np.linspace(-1.5, 1.5, 7)
-    positions = np.column_stack([np.zeros((7, 3)), a, np.zeros(7)])
-    expected = -20.0 * G / 1000.0 * (30.0 * np.cos(a) + 80.0 * np.sin(a))
-    np.testing.assert_allclose(gravity_forces(machine, positions)[:, 3], expected, atol=1e-12)
-
-
 def test_travel_costs_are_the_power_of_a_steady_move_over_its_speed():
     machine = Machine.from_code("640123")
     friction = FrictionDrive(friction=0.2, viscous=1e-4, efficiency=0.8, regeneration=0.3, copper=20.0)
@@ -209,17 +200,6 @@ def test_travel_costs_are_the_power_of_a_steady_move_over_its_speed():
                 cost[:, column], power[:, column] / np.abs(speeds[:, column]), rtol=1e-12
             )
     assert (costs[0][:, 2] > costs[1][:, 2]).all()
-
-
-def test_a_machine_frame_turned_with_the_setup_leaves_gravity_alone():
-    machine = with_axes(Machine.from_code("640123"), Z={"moved_mass": 100.0}).with_load(
-        20.0, (5.0, 30.0, 80.0)
-    )
-    turned = machine.with_setup((1.0, 2.0, 3.0), (30.0, 40.0, 50.0))
-    positions = RNG.uniform(-1.0, 1.0, (4, 5))
-    np.testing.assert_allclose(
-        gravity_forces(turned, positions), gravity_forces(machine, positions), atol=1e-12
-    )
 
 
 def lossless(load: float = 20.0) -> Machine:

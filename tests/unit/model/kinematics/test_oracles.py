@@ -84,25 +84,6 @@ def test_the_library_s_trunnions_are_those_of_the_module(tmp_path, name):
         np.testing.assert_allclose(found, wanted, rtol=0.0, atol=1e-9)
 
 
-GOLDEN = [
-    # program X Y Z A C (TCP on, LinuxCNC's signs), joints X Y Z with tool length 0
-    ((10, 0, 0, 0, 0), (10, 0, 0)),
-    ((10, 0, 0, 30, 0), (10, 7.679492, -8.660254)),
-    ((10, 5, -3, -45, 90), (-5, 3.736544, 7.878680)),
-    ((-20, 15, 8, -30, 200), (23.924155, -4.603511, 21.895442)),
-]
-
-
-@pytest.mark.parametrize(("program", "joints"), GOLDEN)
-def test_linuxcncs_golden_table_is_met_with_a_tool(tmp_path, program, joints):
-    """A tool moves the machine up by its length: the table's third column."""
-    machine = trunnion_from_ini(tmp_path, "xyzac", np.zeros(3)).with_tool_length(TOOL)
-    *tip, a, c = program
-    found = linear_positions(machine, np.array([tip], float), -np.radians([[c, a]]))
-    x, y, z = joints
-    np.testing.assert_allclose(found[0, :3], [x, y, z + TOOL], rtol=0.0, atol=5e-7)
-
-
 # One NX operation for a Haas with a trunnion and a DMU 70 with a nutating table
 
 OPERATION = "VARIABLE_CONTOUR_MCS9"
@@ -219,9 +200,3 @@ def test_the_inverse_finds_the_programs_own_angles_among_its_branches(posted, of
         assert off.min(axis=0).max() == pytest.approx(1.255e-3, abs=1e-6)  # deg
     # The other branch is another posture: the test could fail.
     assert off.max(axis=0).min() > 0.1
-
-
-def test_the_comparison_sees_a_wrong_sign(posted):
-    wrong = posted.haas_positions * [1.0, 1.0, 1.0, -1.0, 1.0]
-    tip, _ = tool_poses(posted.haas, wrong)
-    assert np.linalg.norm(tip - posted.dmu_tip, axis=1).max() > 1.0

@@ -8,23 +8,6 @@ from fiveaxis.model import Tool, linear_positions, tool_axes
 from fiveaxis.model.kinematics.symbolic import linear_axes_of_posture
 
 RNG = np.random.default_rng(7)
-RADIUS = 5.0
-
-
-def test_the_jacobian_of_the_linear_axes_is_that_of_finite_differences(trunnion):
-    pivot, rotary = ca.SX.sym("pivot", 3), ca.SX.sym("rotary", 2)
-    linear = linear_axes_of_posture(trunnion, pivot, rotary, Tool.ball(2.0 * RADIUS).zone)
-    jacobian = ca.Function("jacobian", [pivot, rotary], [ca.jacobian(linear, rotary)])
-    p, r, h = RNG.uniform(-50, 50, 3), np.array([0.3, -0.8]), 1e-6
-    for k in range(2):
-        step = h * np.eye(2)[k]
-        ends = [
-            linear_positions(trunnion, p - RADIUS * tool_axes(trunnion, r + sign * step), r + sign * step)[:3]
-            for sign in (1, -1)
-        ]
-        np.testing.assert_allclose(
-            np.array(jacobian(p, r))[:, k], (ends[0] - ends[1]) / (2 * h), rtol=1e-7, atol=1e-6
-        )
 
 
 def test_a_tool_that_turns_about_its_contact_has_the_same_equations_in_both(trunnion):

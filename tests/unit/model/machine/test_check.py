@@ -173,33 +173,3 @@ def test_a_file_that_is_no_machine_file_is_an_error_and_not_a_finding(tmp_path):
         check_machine(tmp_path / "none.toml")
     with pytest.raises(UnknownMachine):
         check_machine("nothing-like-it")
-
-
-def test_every_key_of_the_format_has_a_reader(tmp_path):
-    """Load, dump, compare: this finds a key that the format accepts but doesn't use."""
-    rich = (
-        GOOD
-        + """reversed = true
-location_error = { offset = [0, 0.01, 0], tilt = [0, 0.1, 0], tilt_unit = "deg", source = "s" }
-drive = { model = "directional", plus = 1, minus = 2, unit = "W", source = "s", note = "n" }
-
-[spindle]
-point = [0, 0, 5]
-direction = [0, 0, 1]
-source = "s"
-
-[base_power]
-value = 500
-source = "s"
-
-[[bodies]]
-link = "Z"
-shape = "cylinder"
-radius = 4
-height = 5
-center = [0, 0, 40]
-direction = [0, 1, 0]
-source = "s"
-"""
-    )
-    assert check(tmp_path, rich) == []

@@ -16,7 +16,6 @@ from fiveaxis.model import (
     Toolpath,
     divide,
     follow,
-    interpolate,
     tool_axes,
     tool_poses,
     turned,
@@ -33,23 +32,6 @@ def straight_cut(n: int = 4) -> Toolpath:
 
 def blocks_of(path: Toolpath) -> np.ndarray:
     return np.arange(len(path) - 1)
-
-
-def test_inserted_locations_keep_the_ball_on_its_chord(hayashi):
-    path = straight_cut()
-    rotary = np.radians([[0, -20], [8, -20], [16, -30], [46, -50]])
-    assert path_deviation(path, hayashi, rotary, blocks_of(path)).max() > 0.1
-    filled, motion, _ = fill_in(path, hayashi, rotary)
-    assert len(filled) == len(motion) > len(path)
-    # Sampled finely within every block, axes linear in time: independent of how blocks were inserted.
-    for share in np.linspace(0.0, 1.0, 9):
-        between = (1 - share) * motion.positions[:-1] + share * motion.positions[1:]
-        tip, axis = tool_poses(hayashi, between)
-        ball = tip + 3.0 * axis
-        assert np.abs(ball[:, 1:] - [0.0, 8.0]).max() < 0.006
-    kept = np.flatnonzero(np.isfinite(filled.normal[:, 0]))
-    np.testing.assert_allclose(motion.positions[kept], follow(path, hayashi, rotary).positions, atol=1e-12)
-    np.testing.assert_array_equal(filled.pivot[kept], path.pivot)
 
 
 def test_a_path_with_a_still_posture_needs_no_blocks(hayashi):
@@ -70,25 +52,6 @@ def test_divided_moves_have_equal_parts_and_belong_to_the_move_they_were_in():
     np.testing.assert_allclose(divided.pivot[:, 0], [30, 32.5, 35, 35 + 5 / 3, 35 + 10 / 3, 40])
     assert divided.source.tolist() == [1, 2, 2, 3, 3, 3]
     assert np.isfinite(divided.normal[:, 2]).tolist() == [True, False, True, False, False, True]
-
-
-@pytest.mark.parametrize("tool", [Tool.bull(8, 1), Tool.flat(8)])
-def test_the_contact_of_a_cutter_that_touches_beside_its_axis_goes_straight(hayashi, tool):
-    path = straight_cut()
-    path = Toolpath.from_contacts(path.contact, path.normal, tool)
-    rotary = np.radians([[0, -20], [8, -20], [16, -30], [46, -50]])
-    filled, motion, row = fill_in(path, hayashi, rotary)
-    assert len(filled) > len(path)
-
-    def touched(positions, row):
-        tip, axis = tool_poses(hayashi, positions)
-        return tool.cutter.contacts(tip, turned(path.normal, row), axis)
-
-    np.testing.assert_allclose(touched(motion.positions, row), interpolate(path.contact, row), atol=1e-9)
-    within = interpolate(motion.positions, np.arange(len(row) - 1) + 0.5)
-    middle = (row[1:] + row[:-1]) / 2.0
-    off = np.linalg.norm(touched(within, middle) - interpolate(path.contact, middle), axis=1)
-    assert 0.001 < off.max() <= 0.005
 
 
 def test_tcp_interpolation_bends_the_path_of_the_balls_centre():

@@ -35,22 +35,6 @@ def test_a_file_cut_off_within_a_number_is_recognised_by_its_last_line(data, tmp
     assert "'GOTO/784.0000,3.6' has 2 numbers" in error.message
 
 
-def test_a_file_cut_off_within_a_statement_is_refused(fault):
-    error = fault("GOTO/1,2,3\nGOTO/1,2,$\n")
-    assert error.line == 2
-    assert "the file ends inside the statement 'GOTO/1,2,'" in error.message
-
-
-def test_an_arc_cut_off_before_its_end_is_refused(fault):
-    assert fault("GOTO/10,0,0\nCIRCLE/0,0,0,0,0,1\n").line == 2
-
-
-def test_a_binary_file_is_refused(tmp_path):
-    path = tmp_path / "part.cls"
-    path.write_bytes(b"\x7fELF\x02\x01" + bytes(1000))
-    assert "isn't a text file" in fail(path).message
-
-
 @pytest.mark.parametrize(
     "text",
     [
@@ -78,20 +62,8 @@ def test_a_statement_of_a_million_lines_is_refused(fault):
     assert "has 1000001 numbers" in error.message
 
 
-def test_a_change_of_unit_in_mid_file_is_refused(fault):
-    error = fault("UNITS/MM\nGOTO/1,2,3\nUNITS/INCHES\nGOTO/1,2,3\n")
-    assert error.line == 3
-    assert "mixed units" in error.message
-
-
 def test_an_invalid_vector_is_refused(fault):
     assert fault("GOTO/1,2,3,0,0,1.0005\nGOTO/1,2,3,0,0,1.002\n").line == 2
-
-
-def test_an_arc_with_two_radii_is_refused(fault):
-    error = fault("GOTO/10,0,0\nCIRCLE/0,0,0,0,0,1\nGOTO/0,12,0\n")
-    assert error.line == 2
-    assert "'CIRCLE/0,0,0,0,0,1' begins 10 mm from its centre and ends 12 mm from it" in error.message
 
 
 def test_a_file_of_no_kind_is_refused_as_its_suffix_says(fault):

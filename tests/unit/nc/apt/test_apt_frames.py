@@ -25,21 +25,6 @@ def test_the_path_is_in_the_first_frame(read):
     assert frame_codes(path) == []
 
 
-@pytest.mark.parametrize(
-    "second",
-    [
-        DOWN,
-        "MSYS/10,20,30,0.0000000,1.0000,0,1,0,0\n",
-    ],
-)
-def test_what_follows_a_second_frame_is_mapped_into_the_first(read, second):
-    path = read(PLAIN + "GOTO/1,2,3,0,0,1\n" + second + "GOTO/1,2,3,0,0,-1\nGOTO/4,5,6,1,0,0\n")
-    np.testing.assert_allclose(tips(path), [[1, 2, 3], [12, 21, 27], [15, 24, 24]], atol=1e-12)
-    np.testing.assert_allclose(path.axis, [[0, 0, 1], [0, 0, 1], [0, 1, 0]], atol=1e-12)
-    (finding,) = [f for f in path.findings if f.code == "frame-mapped"]
-    assert finding.place.line == 3
-
-
 def test_frames_count_from_the_first_one_not_from_the_base(read):
     path = read(DOWN + "GOTO/0,0,0,0,0,1\n" + PLAIN + "GOTO/10,20,30,0,0,1\n" + DOWN + "GOTO/1,1,1,0,0,1\n")
     np.testing.assert_allclose(tips(path), [[0, 0, 0], [0, 0, 0], [1, 1, 1]], atol=1e-12)

@@ -118,12 +118,6 @@ def test_dc_after_a_direction_ignores_the_angle_before_it(read):
     np.testing.assert_array_equal(path.axis, plain.axis)
 
 
-def test_a_direction_in_the_machine_frame_is_refused_whatever_angles_came_before(read):
-    text = TURNED["G43.5"][1]
-    with pytest.raises(ToolpathError, match="positions=machine, and the block gives the tool direction"):
-        read(text, positions="machine")
-
-
 def test_a_move_in_machine_coordinates_ends_a_direction(read):
     text = ISO + "G43.5 H1\nG0 X0 Y0 Z50 K1\nG1 X1 I.6 J0 K.8 F100\nG53 G0 A0 C0\nG1 X5\n"
     np.testing.assert_allclose(read(text).axis[-1], [0, 0, 1], atol=1e-12)

@@ -454,6 +454,8 @@ def test_blocks_with_a_slash_move_unless_block_delete_is_on(read):
         ("G2 X1 K1 F1\n", 1, "and has K"),
         ("G2 X1 I1 R1 F1\n", 1, "and has I, R"),
         ("G2 X1 I5 F1\n", 1, "starts 5 mm from its centre and ends 4 mm"),
+        ("G2 X1000.6 Y1000 J1000 F1\n", 1, "starts 1000 mm from its centre"),
+        ("G2 X1 I0 J0 F1\n", 1, "starts at its centre"),
         ("G2 X10 R1 F1\n", 1, "R1 is too small"),
         ("G2 X0 R1 F1\n", 1, "a full circle can't be given by R"),
         ("G2 X1 I.5 J9999999 F1\n", 1, "an arc of more than 1e+06 mm"),

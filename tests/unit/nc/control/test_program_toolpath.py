@@ -319,39 +319,11 @@ def test_axes_that_a_program_never_writes_are_assumed_at_0(read, trunnion):
 # Frames of the table and of the machine
 
 
-def test_positions_in_the_machine_frame_are_converted_to_the_table(read):
-    machine = Machine.from_code("640123")
-    # The tip stays at (10, 0, 5) of the machine while C turns by a quarter: tool relative to workpiece.
-    text = "G43.4 H1\nG0 X10 Y0 Z5 A0 C0\nG1 C90 F60\n"
-    path = read(text, machine, positions="machine")
-    np.testing.assert_allclose(tips(path), [[10, 0, 5], [0, 10, 5]], atol=1e-12)
-    np.testing.assert_allclose(tips(read(text, machine))[1], [10, 0, 5], atol=1e-12)
-
-
 def test_a_direction_in_the_machine_frame_is_refused(fault):
     text = "G43.5 H1\nG0 X1 Y2 Z3 K1\nG1 X2 I.6 K.8 F60\n"
     line, message = fault(text, NUTATING, positions="machine")
     assert line == 2
     assert message.startswith("positions=machine, and the block gives the tool direction")
-
-
-def test_the_more_even_tip_path_tells_the_frame_unless_the_caller_does(read):
-    machine = Machine.from_code("640123")
-    words = [f"G1 X10 Y0 Z5 C{c} F60" for c in range(0, 181, 5)]
-    text = "\n".join(["G43.4 H1", "G0 X10 Y0 Z5 A0 C0", *words])
-    # The tip stays on the table, or moves half a circle on it.
-    still = read(text, machine, positions="table")
-    [doubt] = [f for f in still.findings if f.code == "positions-doubtful"]
-    assert "in the frame of the machine 31.4" in doubt.message
-    assert doubt.message.endswith("set positions=machine (--positions) if that is meant")
-    assert "positions-doubtful" not in codes(read(text, machine, positions="machine"))
-    told = read(text, machine)
-    assert "positions-assumed" in codes(told)
-    np.testing.assert_allclose(tips(told)[-1], [-10, 0, 5], atol=1e-9)
-    # LinuxCNC has no such setting: its tips turn with the table.
-    np.testing.assert_allclose(
-        tips(read(text.replace("G43.4 H1", "M428"), machine))[-1], [10, 0, 5], atol=1e-9
-    )
 
 
 # Tilted planes
@@ -571,11 +543,6 @@ def test_a_program_ends_at_its_end_word(read, end):
     assert len(path) == 2
 
 
-@pytest.mark.parametrize("suffix", [".nc", ".ngc", ".tap", ".gcode", ".cnc", ".eia", ".ptp", ".min", ".iso"])
-def test_every_suffix_of_programs_is_read(read, suffix):
-    assert len(read("G0X0Y0Z0\nG1X1F60", suffix=suffix)) == 2
-
-
 @pytest.mark.parametrize(
     "text",
     [
@@ -588,16 +555,6 @@ def test_every_suffix_of_programs_is_read(read, suffix):
 )
 def test_syntax_variants_give_the_same_program(read, text):
     np.testing.assert_allclose(tips(read(text)), [[0, 0, 0], [1, 0, 0]])
-
-
-def test_a_truncated_or_binary_file_is_refused(tmp_path):
-    path = tmp_path / "part.nc"
-    path.write_bytes(b"G0 X0\x00\x01\x02")
-    with pytest.raises(ToolpathError, match="isn't a text file"):
-        fx.read_toolpath(path, tool=BALL)
-    path.write_text("G21 G0 X0 Y0 Z0\nG1 X1 F60\nG1 X", encoding="utf-8")
-    with pytest.raises(ToolpathError, match=r"part.nc:3: 'G1 X': 'X' isn't a word"):
-        fx.read_toolpath(path, tool=BALL)
 
 
 @pytest.mark.parametrize("line", ["X" * 10_000_000, "X1" * 5_000_000, "(" * 10_000_000, "[" * 10_000_000])

@@ -1,9 +1,7 @@
 """Programs of several controls: blocks around the moves, feeds, positions, and what is refused."""
 
-import errno
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -57,25 +55,6 @@ FULL = ProgramSettings(
     retract=-5.0,
     home="XY AC",
 )
-
-
-def test_tool_spindle_coolant_and_work_offset_come_before_anything_moves():
-    lines = blocks(compose_program(SLOPE, machine=OPEN, control="fanuc", coordinates="tip", settings=FULL))
-    assert lines[1:13] == [
-        "G21 G90 G94 G17 G40 G49 G80",
-        *("G69", "G15", "G50", "G50.1 X0 Y0 Z0", "G52 X0 Y0 Z0"),
-        "G55",
-        "G53 G0 Z-5.0000",
-        "T7 M6",
-        "S12000 M4",
-        "M8",
-        "G0 A0.0000 C0.0000",
-    ]
-    assert lines[13:15] == [
-        # 100 mm above the path's highest point.
-        "G0 G43.4 H17 X0.0000 Y0.0000 Z104.1995",
-        "G0 X0.0000 Y0.0000 Z0.0000",
-    ]
 
 
 def test_klartext_calls_the_tool_and_its_speed_in_its_own_words():
@@ -220,18 +199,6 @@ def test_programs_for_linuxcnc_go_exactly_along_their_blocks_in_both_units():
         assert not any("G64" in line for line in lines)
 
 
-def test_inches_are_the_same_positions(tmp_path):
-    for control in ("linuxcnc", "fanuc", "heidenhain", "sinumerik"):
-        program = compose_program(
-            SLOPE, machine=OPEN, control=control, coordinates="tip", settings=ProgramSettings(unit="inch")
-        )
-        path = tmp_path / f"{control}{program.suffix}"
-        path.write_text(program.text)
-        again = read_program(path, OPEN, rapid=INSTANT)
-        np.testing.assert_allclose(again.positions[-1], SLOPE.positions[-1], atol=2e-3)
-        assert again.time.sum() == pytest.approx(2.0, rel=1e-3)
-
-
 def test_positions_in_the_machines_frame_are_read_in_it(tmp_path, monkeypatch):
     tip = DIALECTS["fanuc"].modes["tip"].model_copy(update={"positions": "machine"})
     mine = DIALECTS["fanuc"].model_copy(update={"modes": {"tip": tip}})
@@ -361,21 +328,6 @@ def test_blocks_slower_than_the_control_runs_any_are_counted():
     creep = motion_of([[0, 0, 0, 0, 0], [0.001, 0, 0, 4, 5]], [0.0, 2.0])
     program = compose_program(creep, machine=OPEN)
     assert [(f.code, f.value) for f in program.findings if f.value] == [("feed-floor", 1.0)]
-
-
-def test_a_full_disk_leaves_the_old_file(tmp_path, monkeypatch):
-    path = tmp_path / "part.nc"
-    path.write_text("old")
-
-    def full(self, *args, **kwargs):
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr(Path, "open", full)
-    with pytest.raises(SettingError, match="No space left"):
-        write_text(SLOPE, path, machine=OPEN, control="fanuc")
-    monkeypatch.undo()
-    assert path.read_text() == "old"
-    assert [p.name for p in tmp_path.iterdir()] == ["part.nc"]
 
 
 def test_a_refused_motion_leaves_the_old_file(tmp_path):

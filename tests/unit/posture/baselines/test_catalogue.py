@@ -6,7 +6,6 @@ from support.quick_optimiser import for_tilt, tilt_bounds
 
 from fiveaxis.base.errors import NoBaseline
 from fiveaxis.model import Tool, Toolpath, follow, motion_energy, tool_axes, travel_costs, within_limits
-from fiveaxis.model.kinematics.windings import nearest_turn
 from fiveaxis.posture.baselines.branches import cheapest_sequence, postures
 from fiveaxis.posture.baselines.catalogue import (
     along_normal,
@@ -121,12 +120,6 @@ def test_the_branches_are_chosen_for_the_whole_path_not_one_by_one(hayashi, vase
     assert motion_energy(free, follow(short, free, rotary)).travel == pytest.approx(best)
 
 
-def test_the_shorter_turn_is_taken_unless_the_limits_forbid_it():
-    low, high = np.array([-np.inf, -2.0]), np.array([np.inf, 2.0])
-    near = nearest_turn(np.array([-3.0, 1.5]), np.array([9.0, -1.9]), low, high)
-    np.testing.assert_allclose(near, [-3.0 + 4.0 * np.pi, 1.5])
-
-
 def test_lead_leans_towards_the_feed_and_lean_sideways():
     contact = np.stack([np.arange(5.0), np.zeros(5), np.zeros(5)], axis=1)
     path = Toolpath.from_contacts(contact, np.tile(UP, (5, 1)), Tool.ball(2))
@@ -138,27 +131,6 @@ def test_lead_leans_towards_the_feed_and_lean_sideways():
     np.testing.assert_allclose(np.linalg.norm(both, axis=1), 1.0)
     # To the right of the feed.
     assert np.degrees(np.arcsin(both[2, 1])) == pytest.approx(-10.0)
-
-
-def test_the_feed_direction_ignores_the_step_to_another_pass():
-    angle = np.linspace(0.0, 1.0, 20)
-    arc = np.stack([20 * np.cos(angle), 20 * np.sin(angle), np.zeros(20)], axis=1)
-    contact = np.concatenate([arc, arc - 5.0 * UP])
-    normal = np.tile(np.stack([np.cos(angle), np.sin(angle), np.zeros(20)], axis=1), (2, 1))
-    path = Toolpath.from_contacts(contact, normal, Tool.ball(4))
-    forward = feed_directions(path, path.normal)
-    tangent = np.tile(np.stack([-np.sin(angle), np.cos(angle), np.zeros(20)], axis=1), (2, 1))
-    assert np.sum(forward * tangent, axis=1).min() > 0.999
-
-
-def test_a_location_given_twice_doesnt_change_the_feed_direction():
-    angle = np.linspace(0.0, 1.0, 20)
-    turn = np.insert(angle, 7, angle[7])
-    normal = np.stack([np.cos(turn), np.sin(turn), np.zeros(21)], axis=1)
-    path = Toolpath.from_contacts(20.0 * normal, normal, Tool.ball(4))
-    forward = feed_directions(path, path.normal)
-    tangent = np.stack([-np.sin(turn), np.cos(turn), np.zeros(21)], axis=1)
-    assert np.sum(forward * tangent, axis=1).min() > 0.999
 
 
 def test_an_inside_corner_keeps_every_location_its_own_posture(hayashi):

@@ -7,8 +7,7 @@ import pytest
 from support.quick_optimiser import tilt_bounds
 from support.travel_optimiser import optimise
 
-from fiveaxis.base.errors import SettingError
-from fiveaxis.model import Constraints, Tool, Toolpath, follow, tool_axes
+from fiveaxis.model import Tool, Toolpath, follow
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.strategy.singular import (
     Cone,
@@ -34,11 +33,6 @@ def along_the_normal(path: Toolpath) -> np.ndarray:
     """Angles of C and A with the tool along the normal, C turning half round next to the top."""
     n = path.normal
     return np.stack([np.arctan2(n[:, 1], n[:, 0]) - np.pi / 2.0, -np.arccos(n[:, 2])], axis=1)
-
-
-def test_the_angles_are_those_along_the_normal(hayashi):
-    path = over_the_top()
-    np.testing.assert_allclose(tool_axes(hayashi, along_the_normal(path)), path.normal, atol=1e-12)
 
 
 def test_a_move_across_the_cone_counts_though_both_its_ends_are_outside(hayashi):
@@ -122,14 +116,3 @@ def test_an_axis_that_is_quick_enough_or_has_no_known_speed_is_not_named(hayashi
     path = over_the_top()
     for machine in (hayashi, speed_of_c(hayashi, 1e4)):
         assert slow_findings(path, machine, follow(path, machine, along_the_normal(path))) == []
-
-
-@pytest.mark.parametrize(("angle", "rate"), [(0.0, 0.0), (90.0, 0.0), (-3.0, 0.0), (5.0, -1.0)])
-def test_an_impossible_cone_is_refused(angle, rate):
-    with pytest.raises(SettingError, match="singular_"):
-        Constraints.of_degrees(singular_cone=angle, singular_rate=rate)
-
-
-def test_a_rate_without_a_cone_is_refused():
-    with pytest.raises(SettingError, match="belongs to a singular cone"):
-        Constraints.of_degrees(singular_rate=5.0)

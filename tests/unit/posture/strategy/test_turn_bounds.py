@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fiveaxis.base.errors import SettingError
 from fiveaxis.model import Constraints, Tool, Toolpath, divided_rows, refined
 from fiveaxis.posture import Options, optimise_postures
 from fiveaxis.posture.strategy.turn_bounds import PROGRAMMED_SHARE, turn_bounds
@@ -45,12 +44,6 @@ def test_a_rate_bounds_the_turn_over_the_path_of_cuts():
     path = straight().with_links(np.array([False, False, True, False]))
     turns = turn_bounds(path, Constraints(max_turn=1.0, turn_rate=0.01))
     np.testing.assert_allclose(turns, [0.05, 3.0, 0.03])
-
-
-@pytest.mark.parametrize("bound", [{"max_turn": 0.0}, {"turn_rate": -1.0}])
-def test_a_bound_that_isnt_positive_is_refused(bound):
-    with pytest.raises(SettingError, match="give more than 0 deg"):
-        Constraints.of_degrees(**bound)
 
 
 def test_by_default_an_axis_may_turn_as_far_as_the_programmed_tool_axes_need(hayashi):

@@ -218,16 +218,6 @@ def test_blocks_are_not_inserted_into_a_turn_on_the_spot(hayashi):
     assert len(filled) >= len(found.toolpath)
 
 
-def test_bounds_on_the_lean_leave_the_links_of_a_rewind_free(hayashi):
-    machine = limited(hayashi, 400.0)
-    path, rotary = helix()
-    found = insert_rewinds(path, machine, rotary)
-    bounds = found.bounds(tilt_bounds(path, tilt=(10, 80)))
-    links = found.toolpath.kind != 0
-    assert np.isnan(bounds.reference[links]).all()
-    np.testing.assert_array_equal(bounds.reference[~links], path.normal)
-
-
 def test_without_room_to_back_off_the_error_names_the_axis_and_its_range(hayashi):
     low = tuple(
         replace(a, limits=Limits(-1.0, 1.0)) if a.letter == "Z" else a for a in limited(hayashi, 400.0).axes

@@ -47,18 +47,6 @@ def test_a_path_without_errors_is_called_safe_only_as_far_as_checked(
     assert "Yes: " not in text
 
 
-def test_a_path_that_passed_every_check_is_called_safe(
-    page: Page, solution: Optimum, verdict: Report
-) -> None:
-    assert "Yes: whatever could do harm was checked and passed." in page(solution, replace(verdict, gaps=()))
-
-
-def test_an_unchecked_path_is_not_called_safe(page: Page, solution: Optimum, verdict: Report) -> None:
-    text = body_text(page(solution, replace(verdict, claims=())))
-    assert "Unknown: nothing was checked." in text
-    assert "Only in part" not in text
-
-
 def test_an_unsafe_verdict_stands_before_every_saving(
     page: Page, solution: Optimum, unsafe_verdict: Report
 ) -> None:
@@ -155,18 +143,6 @@ def test_a_solution_without_any_baseline_is_still_reported(
     text = body_text(page(replace(solution, compared={}), verdict))
     assert "There is no baseline to compare with" in text
     assert "% less" not in text
-
-
-def test_a_loss_is_called_more_not_a_negative_saving(page: Page, solution: Optimum, verdict: Report) -> None:
-    normal = solution.compared["normal"]
-    swapped = replace(
-        solution,
-        motion=normal.motion,
-        energy=normal.energy,
-        compared={"normal": replace(normal, motion=solution.motion, energy=solution.energy)},
-    )
-    share = 100.0 * (normal.energy.total / solution.energy.total - 1.0)
-    assert f"{share:.1f}{THIN}% more" in page(swapped, verdict)
 
 
 def test_an_assumed_figure_of_the_machine_is_marked(page: Page, solution: Optimum, verdict: Report) -> None:

@@ -101,8 +101,10 @@ def test_a_fine_mesh_is_thinned(solution, tmp_path):
     (shown,) = objects_of(
         commands_of(with_bodies(solution, Body("Z", MeshShape(tmp_path / "fine.stl"))))
     ).values()
-    faces = shown["geometries"][0]["data"]["index"]["array"].data
-    assert 1000 < len(faces) / 12 <= MOST_TRIANGLES
+    data = shown["geometries"][0]["data"]
+    assert 1000 < len(data["index"]["array"].data) / 12 <= MOST_TRIANGLES
+    corners = np.frombuffer(data["attributes"]["position"]["array"].data, dtype=np.float32).reshape(-1, 3)
+    np.testing.assert_allclose(np.linalg.norm(corners, axis=1), 1.0, atol=1e-6)
 
 
 def test_a_mesh_that_is_missing_is_an_error(solution, tmp_path):
