@@ -254,7 +254,7 @@ MUTANTS = (
         "directions rounded out of the limits",
         "limits.low + step, limits.high - step",
         "limits.low - step, limits.high + step",
-        WRITING,
+        ("unit/job/test_program.py",),
     ),
     Mutant(
         "posture/terms.py",
