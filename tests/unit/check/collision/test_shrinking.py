@@ -72,6 +72,13 @@ def test_it_is_what_chords_of_the_ball_leave(blank, path):
         assert row == 857 or 0.1 < truth.mean() < 0.95
 
 
+def test_a_move_takes_away_what_is_between_its_ends(blank, path):
+    slim = (Solid("shank", np.array([[4.0, 1.0, 60.0, 1.0]])),)
+    stock = ShrinkingStock.build(blank, path.at(16 * 26 + np.array([0, 25])), slim)
+    tip, axis = np.tile([0.0, 0.0, -3.0], (2, 1)), np.tile([0.0, 0.0, 1.0], (2, 1))
+    assert stock.hit_by(np.array([0, 1]), tip, axis).tolist() == [True, False]
+
+
 def test_postures_over_what_was_cut_open_up(blank, path):
     mask = find_accessible(
         path, fx.load_machine("hayashi-640123"), Surroundings(part=blank.mesh, blank=blank, stock=blank.mesh)
