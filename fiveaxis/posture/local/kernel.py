@@ -21,8 +21,9 @@ SMALL = 1e-200
 # Weight of the error of a priced row: an error there only changes the cost, while one in a row with bounds
 # alone breaks them.
 PRICED = 1e-3
-# Inertia: first shift of the diagonal (J/rad²), its growth and decay, and its limit.
-FIRST_SHIFT, GROWTH, DECAY, MOST_SHIFT = 0.1, 8.0, 3.0, 1e14
+# J/rad²: shift of the diagonal of a matrix without negative curvature, off what rounding leaves of 0; its
+# growth where that isn't enough, and its limit.
+FIRST_SHIFT, GROWTH, MOST_SHIFT = 0.1, 100.0, 1e14
 # Least distance of a value from its bound, relative if the bound is above 1: a smaller one would be rounded
 # away, and is divided by.
 LEAST_ROOM = 1e-13
@@ -36,6 +37,7 @@ class Point(NamedTuple):
     Parameters
     ----------
     first, square, begin : of the rows (`rows.TermRows`)
+    pair : (r,), the first of the two parts of a row, rise and fall, that have no largest value; −1 for none
     parts : (4, p), sign, price, low, high
     state : (3, p), values of the parts and duals of both bounds, updated in place
     value, multiplier, gradient : (r,), (r,) and (r, span d), of the rows, updated in place
@@ -44,6 +46,7 @@ class Point(NamedTuple):
     first: IntArray
     square: Array
     begin: IntArray
+    pair: IntArray
     parts: Array
     state: Array
     value: Array
@@ -156,20 +159,25 @@ def assemble(mu: float, point: Point, soft: Array, answer: Array, band: Array, r
 @innermost
 def recover(
     mu: float, point: Point, soft: Array, answer: Array, dx: Array, change: Array, new: Array
-) -> None:
-    """Compute the steps of parts and duals, (3, p), and of multipliers, (r,), from that of the unknowns."""
+) -> float:
+    """Compute the steps of parts and duals, (3, p), and of multipliers, (r,), from that of the unknowns.
+
+    Returns the derivative of the barrier objective along the step.
+    """
     begin, parts, state, gradient = point.begin, point.parts, point.state, point.gradient
+    square, value, gain = point.square, point.value, 0.0
     for j in range(len(begin) - 1):
-        if begin[j] == begin[j + 1]:
-            continue
         along, base = 0.0, point.first[j] * point.d
         for e in range(gradient.shape[1]):
             if gradient[j, e] != 0.0:
                 along += gradient[j, e] * dx[base + e]
+        gain += 2.0 * square[j] * value[j] * along
+        if begin[j] == begin[j + 1]:
+            continue
         force = answer[1, j] + along / answer[0, j]
         new[j] = force - point.multiplier[j]
         # The part with the largest compliance takes the rest, as its own equation would lose its digits.
-        rest, softest, most = point.value[j] + along, -1, 0.0
+        rest, softest, most = value[j] + along, -1, 0.0
         for p in range(begin[j], begin[j + 1]):
             change[0, p] = soft[0, p] * (soft[1, p] + parts[0, p] * force)
             rest -= parts[0, p] * (state[0, p] + change[0, p])
@@ -182,44 +190,62 @@ def recover(
         change[1, p] = change[2, p] = 0.0
         if low == high:
             continue
+        gain += parts[1, p] * dv
         if low > -np.inf:
-            change[1, p] = (mu - state[1, p] * dv) / (v - low) - state[1, p]
+            room = 1.0 / (v - low)
+            gain -= mu * room * dv
+            change[1, p] = (mu - state[1, p] * dv) * room - state[1, p]
         if high < np.inf:
-            change[2, p] = (mu + state[2, p] * dv) / (high - v) - state[2, p]
+            room = 1.0 / (high - v)
+            gain += mu * room * dv
+            change[2, p] = (mu + state[2, p] * dv) * room - state[2, p]
+    return gain
+
+
+@innermost
+def lift(v: Array, change: Array, alpha: float, fraction: float, p: int) -> float:
+    """Return by how much more rise and fall, parts p and p + 1, increase: each keeps a share of its value."""
+    if p < 0:
+        return 0.0
+    rise, fall = fraction * v[p] + alpha * change[0, p], fraction * v[p + 1] + alpha * change[0, p + 1]
+    return max(0.0, -min(rise, fall))
 
 
 @compiled
 def take(
-    mu: float, alpha: float, dual: float, point: Point, x: Array, dx: Array, change: Array, new: Array
+    mu: float, alpha: float, fraction: float, point: Point, x: Array, dx: Array, change: Array, new: Array
 ) -> None:
-    """Take a step: its share `alpha` of unknowns, values and multipliers, its share `dual` of the duals.
+    """Take a step: its share `alpha` of unknowns, values and multipliers, and all of the duals.
 
-    Values stay at least `LEAST_ROOM` off bounds, and duals within `DUAL_RANGE` of the central path.
+    Values stay at least `LEAST_ROOM` off bounds, duals keep a share ``1 − fraction`` of their value, and stay
+    within `DUAL_RANGE` of the central path.
     """
-    parts, state, multiplier = point.parts, point.state, point.multiplier
+    begin, pair, parts, state = point.begin, point.pair, point.parts, point.state
+    multiplier, v = point.multiplier, point.state[0]
     for i in range(len(dx)):
         x[i] += alpha * dx[i]
     for j in range(len(new)):
         multiplier[j] += alpha * new[j]
-    for p in range(parts.shape[1]):
-        low, high = parts[2, p], parts[3, p]
-        if low == high:
-            continue
-        state[0, p] += alpha * change[0, p]
-        if low > -np.inf:
-            room = min(LEAST_ROOM * max(1.0, abs(low)), (high - low) / 4.0)
-            state[0, p] = max(state[0, p], low + room)
-        if high < np.inf:
-            room = min(LEAST_ROOM * max(1.0, abs(high)), (high - low) / 4.0)
-            state[0, p] = min(state[0, p], high - room)
-        if low > -np.inf:
-            wanted = mu / (state[0, p] - low)
-            moved = state[1, p] + dual * change[1, p]
-            state[1, p] = min(max(moved, wanted / DUAL_RANGE), wanted * DUAL_RANGE)
-        if high < np.inf:
-            wanted = mu / (high - state[0, p])
-            moved = state[2, p] + dual * change[2, p]
-            state[2, p] = min(max(moved, wanted / DUAL_RANGE), wanted * DUAL_RANGE)
+        up = lift(v, change, alpha, fraction, pair[j])
+        for p in range(begin[j], begin[j + 1]):
+            low, high = parts[2, p], parts[3, p]
+            if low == high:
+                continue
+            at = v[p] + alpha * change[0, p] + (up if 0 <= pair[j] <= p else 0.0)
+            most = (high - low) / 4.0
+            if low > -np.inf:
+                at = max(at, low + min(LEAST_ROOM * max(1.0, abs(low)), most))
+            if high < np.inf:
+                at = min(at, high - min(LEAST_ROOM * max(1.0, abs(high)), most))
+            v[p] = at
+            if low > -np.inf:
+                wanted = mu / (at - low)
+                moved = max(state[1, p] + change[1, p], (1.0 - fraction) * state[1, p])
+                state[1, p] = min(max(moved, wanted / DUAL_RANGE), wanted * DUAL_RANGE)
+            if high < np.inf:
+                wanted = mu / (high - at)
+                moved = max(state[2, p] + change[2, p], (1.0 - fraction) * state[2, p])
+                state[2, p] = min(max(moved, wanted / DUAL_RANGE), wanted * DUAL_RANGE)
 
 
 @inner
@@ -266,37 +292,42 @@ def solve_band(band: Array, right: Array, free: BoolArray, shift: float, dx: Arr
 
 
 @innermost
-def longest_steps(fraction: float, point: Point, change: Array) -> tuple[float, float]:
-    """Find the longest steps up to 1, of values and of duals, that use at most a share of their room."""
-    parts, state = point.parts, point.state
-    primal, dual = 1.0, 1.0
-    for p in range(parts.shape[1]):
-        low, high, v, dv = parts[2, p], parts[3, p], state[0, p], change[0, p]
-        if low == high:
-            continue
-        if dv < 0.0 and -primal * dv > fraction * (v - low):
-            primal = -fraction * (v - low) / dv
-        if dv > 0.0 and primal * dv > fraction * (high - v):
-            primal = fraction * (high - v) / dv
-        for side in (1, 2):
-            dz = change[side, p]
-            if dz < 0.0 and -dual * dz > fraction * state[side, p]:
-                dual = -fraction * state[side, p] / dz
-    return primal, dual
+def longest_step(fraction: float, point: Point, change: Array) -> float:
+    """Find the longest step up to 1 of values that uses at most a share of their room.
+
+    A rise and a fall without largest value don't shorten it (`lift`), or one axis that turns back would stop
+    all.
+    """
+    begin, pair, parts, v = point.begin, point.pair, point.parts, point.state[0]
+    longest = 1.0
+    for j in range(len(pair)):
+        end = begin[j + 1] if pair[j] < 0 else pair[j]
+        for p in range(begin[j], end):
+            low, high, dv = parts[2, p], parts[3, p], change[0, p]
+            if low == high:
+                continue
+            if dv < 0.0 and -longest * dv > fraction * (v[p] - low):
+                longest = -fraction * (v[p] - low) / dv
+            if dv > 0.0 and longest * dv > fraction * (high - v[p]):
+                longest = fraction * (high - v[p]) / dv
+    return longest
 
 
 @compiled
-def measure(mu: float, point: Point, change: Array, alpha: float, value: Array) -> tuple[float, float]:
+def measure(
+    mu: float, point: Point, change: Array, alpha: float, fraction: float, value: Array
+) -> tuple[float, float]:
     """Compute the sum of the errors of the equations, and the barrier objective (J), after a step."""
-    square, begin, parts, v = point.square, point.begin, point.parts, point.state[0]
+    square, begin, pair, parts, v = point.square, point.begin, point.pair, point.parts, point.state[0]
     off, cost, product = 0.0, 0.0, 1.0
     for j in range(len(square)):
         cost += square[j] * value[j] * value[j]
         if begin[j] == begin[j + 1]:
             continue
-        rest = value[j]
+        rest, up = value[j], lift(v, change, alpha, fraction, pair[j])
         for p in range(begin[j], begin[j + 1]):
-            low, high, at = parts[2, p], parts[3, p], v[p] + alpha * change[0, p]
+            low, high = parts[2, p], parts[3, p]
+            at = v[p] + alpha * change[0, p] + (up if 0 <= pair[j] <= p else 0.0)
             rest -= parts[0, p] * at
             if low == high:
                 continue
@@ -314,48 +345,44 @@ def measure(mu: float, point: Point, change: Array, alpha: float, value: Array) 
 
 
 @innermost
-def gain(mu: float, point: Point, dx: Array, change: Array) -> float:
-    """Differentiate the barrier objective along a step."""
-    square, parts, state, gradient = point.square, point.parts, point.state, point.gradient
-    total = 0.0
-    for p in range(parts.shape[1]):
-        low, high, v = parts[2, p], parts[3, p], state[0, p]
-        if low == high:
+def mirror(curvature: Array, d: int, band: Array) -> None:
+    """Change the sign of each location's negative curvature, (n, d, d), in a band that has its own.
+
+    The step then leads away from a saddle, as far as curvature says, and no other location's is shorter for
+    it (Dauphin et al. 2014, "saddle-free Newton"). A wait has no curvature.
+    """
+    for i in range(len(curvature)):
+        a, b, c = curvature[i, 0, 0], curvature[i, 1, 0], curvature[i, 1, 1]
+        middle, radius = (a + c) / 2.0, math.hypot((a - c) / 2.0, b)
+        if middle + radius <= 0.0:
+            a, b, c = -2.0 * a, -2.0 * b, -2.0 * c
+        elif middle < radius:
+            # Twice the part along the eigenvector of the negative eigenvalue.
+            share = (radius - middle) / radius
+            a, b, c = share * (middle + radius - a), -share * b, share * (middle + radius - c)
+        else:
             continue
-        slope = parts[1, p]
-        if low > -np.inf:
-            slope -= mu / (v - low)
-        if high < np.inf:
-            slope += mu / (high - v)
-        total += slope * change[0, p]
-    for j in range(len(square)):
-        if square[j] > 0.0:
-            for e in range(gradient.shape[1]):
-                if gradient[j, e] != 0.0:
-                    total += (
-                        2.0 * square[j] * point.value[j] * gradient[j, e] * dx[point.first[j] * point.d + e]
-                    )
-    return total
+        band[d * i, 0] += a
+        band[d * i + 1, 1] += b
+        band[d * i + 1, 0] += c
 
 
 @compiled
 def direct(
     mu: float,
     fraction: float,
-    shift: float,
     curvature: Array,
     free: BoolArray,
     point: Point,
     dx: Array,
     change: Array,
     new: Array,
-) -> tuple[bool, float, float, float, float, float, float]:
-    """Find the step from a point by the condensed system, its diagonal shifted until the step descends.
+) -> tuple[bool, float, float]:
+    """Find the step from a point by the condensed system, without negative curvature if it else may ascend.
 
     Parameters
     ----------
-    fraction : of its room that a value or dual may use
-    shift : J/rad², the last one; 0 for none
+    fraction : of its room that a value may use
     curvature : (n, d, d), second derivatives of the weighted quantities of each location
     free : (n d,), see `solve_band`
     dx, change, new : (n d,), (3, p) and (r,), steps of unknowns, of parts with duals, and of multipliers;
@@ -363,10 +390,9 @@ def direct(
 
     Returns
     -------
-    Whether there is one; the shift; the longest steps of values and duals; `measure` of the point; and `gain`
+    Whether there is one; the longest step; and the derivative of the barrier objective along it
     """
-    d, last, tried = point.d, shift, 0.0
-    count, width = len(dx), point.gradient.shape[1]
+    d, count, width = point.d, len(dx), point.gradient.shape[1]
     band, right = np.zeros((count, width)), np.zeros(count)
     for i in range(len(curvature)):
         for e in range(d):
@@ -374,21 +400,19 @@ def direct(
                 band[i * d + e, e - f] = curvature[i, e, f]
     soft, answer = np.empty((2, point.parts.shape[1])), np.empty((2, len(new)))
     assemble(mu, point, soft, answer, band, right)
-    while not solve_band(band, right, free, tried, dx):
-        if tried == 0.0:
-            tried = max(FIRST_SHIFT, last / DECAY)
-        else:
-            tried *= GROWTH if last > 0.0 else 100.0
-        if tried > MOST_SHIFT:
-            return False, shift, 0.0, 0.0, 0.0, 0.0, 0.0
-        shift = tried
+    found = solve_band(band, right, free, 0.0, dx)
+    shift = FIRST_SHIFT
+    if not found:
+        mirror(curvature, d, band)
+    while not found and shift < MOST_SHIFT:
+        found = solve_band(band, right, free, shift, dx)
+        shift *= GROWTH
     for i in range(count):
-        if not math.isfinite(dx[i]):
-            return False, shift, 0.0, 0.0, 0.0, 0.0, 0.0
-    recover(mu, point, soft, answer, dx, change, new)
-    primal, dual = longest_steps(fraction, point, change)
-    off, cost = measure(mu, point, change, 0.0, point.value)
-    return True, shift, primal, dual, off, cost, gain(mu, point, dx, change)
+        found = found and math.isfinite(dx[i])
+    if not found:
+        return False, 0.0, 0.0
+    gain = recover(mu, point, soft, answer, dx, change, new)
+    return True, longest_step(fraction, point, change), gain
 
 
 @compiled

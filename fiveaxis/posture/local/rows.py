@@ -87,6 +87,15 @@ class Rows(TermRows):
         """(p,), the row of each part."""
         return np.repeat(np.arange(len(self.first)), np.diff(self.begin))
 
+    @cached_property
+    def pair(self) -> IntArray:
+        """(r,), the first of the two parts of each row, rise and fall, without largest value; −1 for none."""
+        endless = (self.price > 0.0) & np.isinf(self.high)
+        first = self.begin[1:] - 2
+        both = first >= self.begin[:-1]
+        both[both] = endless[first[both]] & endless[first[both] + 1]
+        return np.where(both, first, -1)
+
     def start(self, problem: Problem, rotary: Array) -> Array:
         """Return the unknowns, (n, d), of a path, (n, 2) rad."""
         x = np.zeros(self.free.shape)

@@ -143,7 +143,7 @@ class Delivery:
                 baseline = replace(baseline, note=note, admitted=False)
             if location is not None:
                 planes = self.filling.planes(self.given, machine, motion)
-                motion = follow(path, machine, planes.rotary_at(location))
+                motion = replace(follow(path, machine, planes.rotary_at(location)), location=location)
                 # Priced as it is given, so that everyone who prices it finds the same.
                 energy = program_energy(machine, path, motion, self.filling, self.options.clock)
             compared[name] = replace(baseline, motion=motion, energy=energy)
