@@ -1,23 +1,89 @@
-"""Print what it takes to keep a holder clear of the part, beside the same path without one.
+"""Print what each kind of problem costs: masks, cones, starts, accelerations, TCP, heads, objectives.
 
-Usage: python tests/benchmarks/kinds.py part [--effort quick]
+Usage: python tests/benchmarks/kinds.py [--effort quick] [KIND …]
 
-The whole vase on `hayashi-640123`, solid, with a holder of two stick-outs; its time stands beside that of the
-plain path of the same run, seconds of the processor. With ``PYTHONPATH`` at another checkout the same is
-printed of that build.
+Every fourth location of the vase on `hayashi-640123`, or what the kind needs instead; the drives are its in
+any case. Beside energy and time stand the best baseline's by what is minimised, starts and reversals, and
+seconds of the processor. ``part`` is the whole vase, solid, with a holder kept clear of it; its time stands
+beside the plain one of the same run. With ``PYTHONPATH`` at another checkout the same is printed of that
+build.
 """
 
 import argparse
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import trimesh
+from masks import wall
 from paths import PATHS
 
 import fiveaxis as fx
+from fiveaxis.model import Clock, Constraints, Interpolation
 from fiveaxis.model.toolpath.tool import Holder, Section
+from fiveaxis.nc import DIALECTS
+from fiveaxis.posture import Options, optimise_postures
+
+Case = tuple[fx.Toolpath, fx.Machine, dict[str, Any], dict[str, Any]]
+
+
+def vase(**options: Any) -> Case:
+    """Make the plain case, with other options."""
+    path = PATHS["vase"].read()
+    return path.at(np.arange(0, len(path), 4)), fx.load_machine("hayashi-640123"), {"tilt": (15, 75)}, options
+
+
+def head() -> Case:
+    """Cut the upper side of a dome on a machine whose head swivels and turns."""
+    own = fx.load_machine("hayashi-640123")
+    machine = replace(fx.load_machine("linuxcnc-bridgemill").with_drives_of(own), bodies=())
+    return PATHS["dome-top"].read(), machine, {"tilt": (10, 50)}, {}
+
+
+def quick_axes(**options: Any) -> Case:
+    """Make the case of a machine that states speeds and accelerations."""
+    path, machine, bounds, _ = vase()
+    axes = (
+        replace(a, max_speed=1.0 if a.is_rotary else 200.0, max_acceleration=5.0 if a.is_rotary else 2000.0)
+        for a in machine.axes
+    )
+    return path, replace(machine, axes=tuple(axes)), bounds, options
+
+
+def started() -> Case:
+    """Begin from the baseline along the normal."""
+    path, machine, bounds, _ = vase()
+    found = optimise_postures(path, machine, Constraints.of_degrees(**bounds), Options(effort="quick"))
+    start = found.compared["greedy"].motion.positions
+    given = start if found.motion.location is None else start[found.motion.location % 1.0 == 0.0]
+    return path, machine, bounds, {"start": given[:, machine.rotary_columns]}
+
+
+def cone() -> Case:
+    """Keep C still about the singular direction on the upper side of a dome."""
+    path = PATHS["dome-top"].read()
+    return path, fx.load_machine("hayashi-640123"), {"tilt": (10, 50), "singular_cone": 3.0}, {}
+
+
+def masked() -> Case:
+    """Keep clear of a wall across the feed."""
+    path, machine, bounds, _ = vase()
+    return path, machine, bounds, {"mask": wall(path)}
+
+
+KINDS: dict[str, Callable[[], Case]] = {
+    "plain": vase,
+    "mask": masked,
+    "singular cone": cone,
+    "start": started,
+    "accelerations": lambda: quick_axes(clock=Clock(DIALECTS["linuxcnc"])),
+    "TCP": lambda: quick_axes(clock=Clock(DIALECTS["linuxcnc"], "tip"), interpolation=Interpolation.TCP),
+    "head": head,
+    "travel": lambda: vase(objective="travel"),
+    "time": lambda: quick_axes(objective="time"),
+}
 
 
 def solid_vase(path: fx.Toolpath, step: float = 1.0) -> trimesh.Trimesh:
@@ -62,10 +128,29 @@ def print_clear_of_part(effort: str) -> None:
 
 
 def main() -> None:
+    """Print a line of each kind."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("kind", nargs="?", choices=["part"], default="part")
+    parser.add_argument("kinds", nargs="*")
     parser.add_argument("--effort", default="quick")
-    print_clear_of_part(parser.parse_args().effort)
+    given = parser.parse_args()
+    for name in given.kinds or (*KINDS, "part"):
+        if name == "part":
+            print_clear_of_part(given.effort)
+            continue
+        path, machine, bounds, options = KINDS[name]()
+        began = time.process_time()
+        found = optimise_postures(
+            path, machine, Constraints.of_degrees(**bounds), Options(effort=given.effort, **options)
+        )
+        seconds, energy = time.process_time() - began, found.energy
+        measure = {"travel": "travel", "time": "time"}.get(options.get("objective", "energy"), "total")
+        best = min((getattr(e, measure), n) for n, e in found.baselines.items())
+        print(
+            f"{name:14} {len(path):5} locations {energy.total:8.0f} J {energy.time:7.1f} s, {measure} "
+            f"{getattr(energy, measure):8.1f} (best baseline {best[1]} {best[0]:8.1f}), {energy.starts} + "
+            f"{energy.reversals} starts and reversals, {seconds:5.2f} s of processor",
+            flush=True,
+        )
 
 
 if __name__ == "__main__":
