@@ -45,13 +45,7 @@ class Locations(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class LocationModel:
-    """The locations of a path on a machine.
-
-    Parameters
-    ----------
-    tapes : of the machine and the cutter's zone
-    locations : what compiled loops need
-    """
+    """The locations of a path on a machine, with the tapes of the machine and the cutter's zone."""
 
     tapes: LocationTapes
     locations: Locations
@@ -90,14 +84,10 @@ class LocationModel:
 
 @compiled
 def place(locations: Locations, rows: IntArray, rotary: Array, positions: Array, excess: Array) -> None:
-    """Solve the axis values of postures, and how far their tool axes lie outside their bounds.
+    """Solve the axis values of postures, (m, 2) rad, and how far their tool axes lie outside their bounds.
 
-    Parameters
-    ----------
-    rows : (m,), locations
-    rotary : (m, 2), rad
-    positions, excess : (m, k), mm and rad, NaN where no axis values give the posture, and (m,), the largest
-        excess of a cosine over its bounds; filled in
+    Filled in are the positions, (m, k) mm and rad, NaN where no axis values give the posture, and the largest
+    excess of a cosine over its bounds, (m,). Rows, (m,), are locations.
     """
     # By name: numba counts references to an array that it takes out of a record.
     pivot, normal, references, within = (

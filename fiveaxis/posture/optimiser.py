@@ -336,12 +336,9 @@ class Attempts:
     ) -> tuple[Optimum, Delivery]:
         """Find the baselines and a path to begin with, and what will solve that for its program.
 
-        Parameters
-        ----------
-        mask : which the path to begin with needn't pass
-        start : (n, 2), rad, a path that is refined instead of a search
-        known : (n, 2), rad, a path that takes the place of both; `Infeasible` without one where locations
-            are out of reach, or moves turn too far
+        The path needn't pass the mask. A start, (n, 2) rad, is refined instead of a search; a known path,
+        (n, 2) rad, takes the place of both. Without one `Infeasible` is raised where locations are out of
+        reach, or moves turn too far.
         """
         problem, bounds = self._problem(narrow, path)
         machine, options = problem.machine, self.options

@@ -50,13 +50,7 @@ class Options(Search):
         return self.objective == "time"
 
     def counts(self) -> Effort:
-        """Look up the effort by its name; `solver` replaces the effort's own.
-
-        Raises
-        ------
-        SettingError
-            An unknown effort or solver.
-        """
+        """Look up the effort by its name; `solver` replaces its own. `SettingError` if either is unknown."""
         return effort_of(self.effort).having(solver=self.solver)
 
     def __post_init__(self) -> None:

@@ -186,10 +186,8 @@ class Problem(StepTable):
     def placed(self, rows: Rows, rotary: Array) -> tuple[Array, Array]:
         """Solve axis values and how far each tool axis is out of bounds, of m locations at (m, ..., 2) rad.
 
-        Returns
-        -------
-        positions : (m, ..., k), mm and rad; NaN where no axis values give a posture
-        excess : (m, ...), cosine past its bound, 0 where admitted or unbounded
+        Axis values, (m, ..., k) mm and rad, are NaN where none give a posture; the excess, (m, ...), is a
+        cosine past its bound, 0 where admitted or unbounded.
         """
         return self.model.placed(np.arange(len(self))[rows], rotary)
 

@@ -44,11 +44,7 @@ KNOWN = {
 class Tape:
     """A CasADi function of one vector that returns one vector.
 
-    Parameters
-    ----------
-    steps : (s, 4), operation, target register and two sources; indices for inputs and outputs
-    constants : (s,)
-    registers, outputs : their numbers
+    Steps, (s, 4), are operation, target register and two sources; inputs and outputs have indices instead.
     """
 
     steps: IntArray

@@ -107,10 +107,8 @@ class Term:
     def coefficients(self, count: int) -> tuple[IntArray, Array]:
         """Derive the rows' coefficients with respect to the quantities, `count` of each location.
 
-        Returns
-        -------
-        columns : (o, z), indices into the quantities of a window's locations; −1 where a row has fewer
-        coefficients : (w, o, z), 0 there
+        Columns, (o, z), are indices into the quantities of a window's locations; −1 where a row has fewer,
+        and the coefficients, (w, o, z), are 0 there.
         """
         columns, tape = _coefficients(self.expression, self.span, self.data.shape[1], count)
         return columns, tape(self.data).reshape(len(self.data), *columns.shape)

@@ -58,17 +58,7 @@ class Accessibility:
     _lock: Any = field(default_factory=Lock, repr=False)
 
     def __call__(self, rows: IntArray, rotary: Array) -> BoolArray:
-        """Check exactly which postures are clear.
-
-        Parameters
-        ----------
-        rows : (m,), locations
-        rotary : (m, 2), rad, chain order
-
-        Returns
-        -------
-        (m,), True where every solid keeps its clearance to every obstacle
-        """
+        """Check exactly in which postures, (m, 2) rad, every solid is clear of every obstacle, (m,)."""
         return self.clear(rows, tool_axes(self.machine, rotary))
 
     def clear(self, rows: IntArray, axis: Array) -> BoolArray:
@@ -213,9 +203,7 @@ def _log_obstacles(toolpath: Toolpath, obstacles: list[Obstacle | ShrinkingStock
 def head_solids(machine: Machine, *, whole: bool = False) -> Iterator[Solid]:
     """Yield the head's cylinders about the tool axis, such as the spindle nose.
 
-    Parameters
-    ----------
-    whole : whether its other bodies count too, each as the cylinder about the tool axis around it
+    With `whole` its other bodies count too, each as the cylinder about the tool axis around it.
     """
     for body in machine.bodies:
         if body.link != machine.code.links[-1]:

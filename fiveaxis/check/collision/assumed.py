@@ -63,14 +63,9 @@ class AssumedTable:
     def of(cls, machine: Machine, surroundings: Surroundings, cuts: Array) -> AssumedTable | None:
         """Assume the table of a machine, across its vertical with every axis at 0.
 
-        Parameters
-        ----------
-        cuts : (n, 3), mm, workpiece frame, points that stand for the part where there is neither part nor
-            stock nor fixture
-
-        Returns
-        -------
-        None where the workpiece's side has bodies, or there is nothing to stand on a table
+        Points of the cuts, (n, 3) mm, workpiece frame, stand for the part where there is neither part nor
+        stock nor fixture. None where the workpiece's side has bodies, or there is nothing to stand on a
+        table.
         """
         points = surroundings.points if len(surroundings.points) else cuts[np.isfinite(cuts).all(axis=1)]
         if is_described(machine, machine.code.table) or not len(points):

@@ -142,17 +142,11 @@ def same_side(p: Vector, q: Vector, r: Vector, s: Vector) -> bool:
 
 @innermost
 def nearest_of(simplex: Array, n: int) -> tuple[int, Vector]:
-    """Find the point of a simplex nearest to the origin, and keep the corners that carry it.
+    """Find the point of a simplex nearest to the origin, mm, and keep the corners that carry it.
 
-    Parameters
-    ----------
-    simplex : (7, 3), mm, of which n ≥ 2 are corners; afterwards those kept come first. The last three rows
-        are those of the face that is nearest so far
-    n : number of corners
-
-    Returns
-    -------
-    Number of corners kept, 4 if the origin is inside; the point, mm, infinite where rounding leaves none
+    The simplex is (7, 3) mm, of which n ≥ 2 are corners; afterwards those kept come first. The last three
+    rows are those of the face that is nearest so far. Return the number of corners kept, 4 if the origin is
+    inside, and the point, infinite where rounding leaves none.
     """
     weights, point, least = (0.0, 0.0, 0.0), (np.inf, np.inf, np.inf), np.inf
     inside = n == 4
@@ -187,16 +181,10 @@ def nearest_of(simplex: Array, n: int) -> tuple[int, Vector]:
 def gap_bounds(
     a: Array, b: Array, pose: Array, near: float, far: float, simplex: Array
 ) -> tuple[float, float]:
-    """Bound the gap between two bodies from below and above, mm, to `EXACT` of each other.
+    """Bound the gap between two bodies, (m, 4) mm each, from below and above, mm, to `EXACT` of each other.
 
-    It ends early once the gap is known to be at most `near` or more than `far`.
-
-    Parameters
-    ----------
-    a, b : bodies, (m, 4) mm each
-    pose : (4, 4), mm, of b's frame in a's
-    near, far : mm
-    simplex : (7, 3), work space
+    It ends early once the gap is known to be at most `near` or more than `far`, mm. The pose, (4, 4) mm, is
+    of b's frame in a's; the simplex, (7, 3), is work space.
     """
     v = minus(vector(a, 0), placed(pose, vector(b, 0)))
     put(simplex, 0, v)
@@ -265,11 +253,9 @@ def first_corners(a: Array, b: Array, pose: Array, corners: Array) -> float:
 
 @innermost
 def grow(corners: Array, new: int, faces: IntArray, planes: Array, count: int, edges: IntArray) -> int:
-    """Replace the faces that a new corner sees by those to their common border.
+    """Replace the faces that a new corner sees by those to their common border; return the number of faces.
 
-    Returns
-    -------
-    Number of faces; −1 if rounding or lack of room leaves no border
+    It is −1 if rounding or lack of room leaves no border.
     """
     border, k = 0, 0
     while k < count:
@@ -303,14 +289,10 @@ def grow(corners: Array, new: int, faces: IntArray, planes: Array, count: int, e
 def overlap(a: Array, b: Array, pose: Array, floor: float, hull: Hull) -> float:
     """Length of the shortest movement that parts two bodies, mm, to `EXACT_DEPTH` and never too short.
 
-    Once it is known to be at most `floor`, any number up to that may be returned. The differences' hull grows
-    outwards at the face nearest to the origin; every direction that is tried bounds the depth from above.
-
-    Parameters
-    ----------
-    a, b, pose : as for `gap_bounds`
-    floor : mm
-    hull : work space: (`MOST_CORNERS`, 3), (`MOST_FACES`, 4), (`MOST_FACES`, 3) and (3 `MOST_FACES`, 2)
+    Once it is known to be at most `floor`, mm, any number up to that may be returned. The differences' hull
+    grows outwards at the face nearest to the origin; every direction that is tried bounds the depth from
+    above. Bodies and pose are as for `gap_bounds`. The hull is work space: (`MOST_CORNERS`, 3),
+    (`MOST_FACES`, 4), (`MOST_FACES`, 3) and (3 `MOST_FACES`, 2).
     """
     corners, planes, faces, edges = hull
     upper = first_corners(a, b, pose, corners)

@@ -182,11 +182,9 @@ class Obstacle:
         return cls(name, tuple(s for s in solids if len(s.frusta)), *parts)
 
     def hit_by(self, rows: IntArray, tip: Array, axis: Array) -> BoolArray:
-        """Find which tools reach into it at locations, (m,), which don't matter to a body that stays; (m,).
+        """Find which tools reach into it, (m,); a body that stays doesn't need their locations, (m,).
 
-        Parameters
-        ----------
-        tip, axis : (m, 3), mm and unit vectors, workpiece frame
+        Tips and axes, (m, 3) mm and unit vectors, are in the workpiece frame.
         """
         tree = self.triangles, self.nodes, self.slabs
         return in_chunks(_meets_all, rows, tip, axis, self.solids, tree)
@@ -202,10 +200,8 @@ def in_chunks(
 ) -> BoolArray:
     """Test tools at locations, (m,), in threads.
 
-    Parameters
-    ----------
-    test : takes some of them, the frusta of all solids, the numbers of the first frustum of each and of all,
-        and the obstacle
+    The test takes some of them, the frusta of all solids, the numbers of the first frustum of each and of
+    all, and the obstacle.
     """
     if not solids or not len(tip):
         return np.zeros(len(tip), dtype=bool)

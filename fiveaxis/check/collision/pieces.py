@@ -95,12 +95,10 @@ def cylinder_piece(radius: float, height: float, frame: Array) -> Piece:
 
 
 def revolved_pieces(outline: Array, frame: Array) -> list[Piece]:
-    """Revolve an outline about the z axis, as one or more convex pieces.
+    """Revolve an outline about the z axis of a frame, as one or more convex pieces.
 
-    Parameters
-    ----------
-    outline : (m, 2), mm: distance from the axis and height, bottom up
-    frame : (4, 4), mm, the frame with that z axis, in the workpiece frame
+    The outline, (m, 2) mm, is distance from the axis and height, bottom up; the frame, (4, 4) mm, is in the
+    workpiece frame.
     """
     return [_revolved(run, frame) for run in convex_runs(outline)]
 
@@ -139,14 +137,9 @@ def _convex(circles: Array, frame: Array) -> Piece:
 
 
 def mesh_piece(vertices: Array, faces: IntArray, frame: Array, *, closed: bool) -> Piece:
-    """Build the tree of a mesh.
+    """Build the tree of a mesh, (v, 3) mm in its own frame and (t, 3); `closed` if it encloses a volume.
 
-    Parameters
-    ----------
-    vertices : (v, 3), mm, own frame
-    faces : (t, 3), indices of vertices
-    frame : (4, 4), mm, own frame in the workpiece frame, every axis at 0
-    closed : whether it encloses a volume
+    Its frame, (4, 4) mm, is in the workpiece frame, every axis at 0.
     """
     triangles = np.ascontiguousarray(vertices, dtype=float)[faces]
     order = _leaf_order(triangles.mean(axis=1))
@@ -189,12 +182,7 @@ def _boxes(ordered: Array) -> Array:
 
 
 class PairQuery:
-    """One pair of pieces, queried at many relative poses.
-
-    Parameters
-    ----------
-    mover, other : the pieces; a pose is that of the mover's own frame in the other's own frame, (4, 4) mm
-    """
+    """One pair of pieces, queried at many relative poses, (4, 4) mm: the mover's own frame in the other's."""
 
     def __init__(self, mover: Piece, other: Piece) -> None:
         from fiveaxis.check.collision.tree_pair import depth_between, gap_between
@@ -204,23 +192,12 @@ class PairQuery:
         self.count = 0
 
     def nearer(self, pose: Array, margin: float) -> bool:
-        """Check whether the pieces overlap or are nearer to each other than a margin.
-
-        Parameters
-        ----------
-        pose : (4, 4), mm
-        margin : mm, 0 or more
-        """
+        """Check whether the pieces overlap or are nearer to each other than a margin, mm, 0 or more."""
         self.count += 1
         return bool(self._gap(*self._trees, np.ascontiguousarray(pose), float(margin), False) <= margin)
 
     def depth(self, pose: Array) -> float:
-        """Measure how far the mover would have to move to leave the triangle that it is deepest in.
-
-        Returns
-        -------
-        mm, 0 if they don't overlap
-        """
+        """Measure how far, mm, the mover has to move to leave the triangle that it is deepest in, or 0."""
         self.count += 1
         return float(self._depth(*self._trees, np.ascontiguousarray(pose)))
 

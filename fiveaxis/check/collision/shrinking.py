@@ -56,11 +56,7 @@ class ShrinkingStock:
     def build(cls, blank: Blank, toolpath: Toolpath, solids: tuple[Solid, ...]) -> ShrinkingStock:
         """Take away what the ball about the pivot sweeps in every move, rapid ones excepted.
 
-        Parameters
-        ----------
-        blank : the stock before, with the part in it, which is an obstacle of its own
-        toolpath : n locations
-        solids : of the tool
+        The part in the blank is an obstacle of its own.
         """
         stride = -(-int(blank.stock.cells.max()) // MOST_VOXELS)
         stock, part = (one.thinned(stride) for one in (blank.stock, blank.part))
@@ -78,12 +74,10 @@ class ShrinkingStock:
         return cls("stock", solids, stock.low, stock.pitch, *_gathered(move))
 
     def hit_by(self, rows: IntArray, tip: Array, axis: Array) -> BoolArray:
-        """Find which tools reach into the material that is left when the location is reached.
+        """Find which tools reach into the material that is left when the location is reached, (m,).
 
-        Parameters
-        ----------
-        rows : (m,), locations of the path
-        tip, axis : (m, 3), mm and unit vectors, workpiece frame
+        Tips and axes, (m, 3) mm and unit vectors, are in the workpiece frame; rows, (m,), are locations of
+        the path.
         """
         grid = self.low, self.side, self.cells, self.begin, self.move
         return in_chunks(_meets_all, rows, tip, axis, self.solids, grid)

@@ -113,13 +113,7 @@ class FixtureTable(StrictModel):
         return self if self.mesh is None else self.model_copy(update={"mesh": str(folder / self.mesh)})
 
     def build(self) -> Fixture:
-        """Build the fixture.
-
-        Raises
-        ------
-        JobError
-            No such mesh file.
-        """
+        """Build the fixture; `JobError` if there is no such mesh file."""
         if self.box is not None:
             return Fixture(self.name, Box(self.box.size, self.box.center))
         if self.cylinder is not None:

@@ -94,10 +94,8 @@ def join(hits: list[Hits]) -> Hits:
 class Sweep:
     """Pairs of bodies along stretches of a motion.
 
-    Parameters
-    ----------
-    tolerance : mm, of the mover's movement: shorter moves aren't halved
-    queries, culled : number of queries of pairs, and of stretches proven clear by bounding boxes alone
+    Moves in which the mover moves by less than the tolerance, mm, aren't halved. Counted are the queries of
+    pairs, and of stretches proven clear by bounding boxes alone (`culled`).
     """
 
     tolerance: float = 0.05
@@ -107,16 +105,10 @@ class Sweep:
     def run(
         self, pair: Pair, stretch: Stretch, counted: BoolArray, withdrawn: BoolArray | None = None
     ) -> Hits:
-        """Find where a pair overlaps or comes nearer than its clearance.
+        """Find where a pair overlaps or comes nearer than its clearance: the worst hit of every row.
 
-        Parameters
-        ----------
-        counted : (n,), rows whose move is checked
-        withdrawn : (n,), rows whose move goes back along the tool's axis; none by default
-
-        Returns
-        -------
-        The worst hit of every row
+        Rows whose move is checked are `counted`, (n,); those whose move goes back along the tool's axis are
+        `withdrawn`, (n,), none by default.
         """
         back = np.zeros(len(stretch), dtype=bool) if withdrawn is None else withdrawn
         found = []
@@ -161,12 +153,7 @@ class _Search:
         return join([near, self.find(0.0, rows)]) if rows.any() else near
 
     def find(self, margin: float, counted: BoolArray) -> Hits:
-        """Find rows with a pose nearer than a margin, mm; with margin 0, rows with an overlap.
-
-        Parameters
-        ----------
-        counted : (n,), rows to be checked
-        """
+        """Find rows, of those counted, (n,), with a pose nearer than a margin, mm; at 0, with an overlap."""
         moves = self._open_moves(margin, counted)
         start = np.flatnonzero(counted[:1])
         locations = np.unique(np.concatenate([start, moves, moves + 1]))
@@ -206,11 +193,8 @@ class _Search:
     def _depth(self, pose: Array, varied: tuple[float, ...] = ()) -> float:
         """Measure the shortest movement found that parts the pieces, mm; exactly for convex ones.
 
-        The triangles of a mesh alone would tell how deep the deepest of them is, not the material.
-
-        Parameters
-        ----------
-        varied : rad, by which the best direction is varied, one after the other
+        The triangles of a mesh alone would tell how deep the deepest of them is, not the material. The best
+        direction is varied by angles, rad, one after the other.
         """
         mover, other = self.travel.mover, self.travel.other
         if not (mover.is_mesh or other.is_mesh):

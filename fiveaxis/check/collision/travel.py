@@ -18,13 +18,9 @@ Poses = Callable[[Array], Mapping[str, Array]]
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """Consecutive locations with known axis values, and moves between them with all axes linear in time.
+    """Consecutive locations, (n, k) mm and rad, and moves between them with all axes linear in time.
 
-    Parameters
-    ----------
-    machine : chain and column order
-    poses : poses of the links for given axis values
-    positions : (n, k), mm and rad
+    `poses` computes those of the links for axis values.
     """
 
     machine: Machine
@@ -45,25 +41,13 @@ class Stretch:
         return self.poses((self.positions[:-1] + self.positions[1:]) / 2.0)
 
     def between(self, moves: IntArray, shares: Array) -> Mapping[str, Array]:
-        """Compute the poses of the links within moves.
-
-        Parameters
-        ----------
-        moves : (m,), index of the location where each begins
-        shares : (m,), 0…1, of the move
-        """
+        """Compute the poses of the links at shares, (m,) 0…1, of the moves that begin at locations, (m,)."""
         before, after = self.positions[moves], self.positions[moves + 1]
         return self.poses(before + shares[:, None] * (after - before))
 
 
 class Travel:
-    """One piece as seen from another along a stretch.
-
-    Parameters
-    ----------
-    stretch : the motion
-    mover, other : the pieces, and the links that carry them
-    """
+    """One piece, on the link that carries it, as seen from another along a stretch."""
 
     def __init__(
         self, stretch: Stretch, mover: Piece, other: Piece, mover_link: str, other_link: str

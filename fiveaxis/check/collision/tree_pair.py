@@ -47,15 +47,8 @@ def push_children(
 ) -> int:
     """Replace the pair of nodes after the last one waiting by two of them, the more promising one last.
 
-    Parameters
-    ----------
-    sign : 1 where bounds are those of the gap, −1 where they are those of the overlap, with that sign
-    waiting, bounds : (s, 2) and (s,), pairs of nodes, and their bounds, mm
-    count : number of those waiting
-
-    Returns
-    -------
-    Number of those waiting afterwards
+    Return the number of pairs, (s, 2), that wait afterwards. Their bounds, (s,) mm, are those of the gap with
+    the sign 1, and with −1 those of the overlap, which have that sign.
     """
     i, j = waiting[count, 0], waiting[count, 1]
     leaves_a, leaves_b = len(boxes_a) // 2, len(boxes_b) // 2
@@ -80,15 +73,10 @@ def push_children(
 def gap_between(
     bodies_a: Array, boxes_a: Array, bodies_b: Array, boxes_b: Array, pose: Array, most: float, exact: bool
 ) -> float:
-    """Bound the gap between two pieces from below, mm, to `convex_pair.EXACT`; ∞ if it is over `most`.
+    """Bound the gap between two pieces from below, mm, to `convex_pair.EXACT`; ∞ if it is over `most`, mm.
 
-    Parameters
-    ----------
-    bodies_a, bodies_b : (leaves * width, m, 4), mm, convex bodies in the order of the leaves
-    boxes_a, boxes_b : (2 * leaves, 2, 3), mm; node 1 is the root, node i has the children 2i and 2i + 1
-    pose : (4, 4), mm, of b's frame in a's
-    most : mm
-    exact : otherwise any number up to `most` will do where the gap isn't larger
+    Unless it has to be exact, any number up to `most` will do where the gap isn't larger. Bodies and boxes
+    are those of a `Piece`; the pose, (4, 4) mm, is of b's frame in a's.
     """
     leaves_a, leaves_b = len(boxes_a) // 2, len(boxes_b) // 2
     width_a, width_b = len(bodies_a) // leaves_a, len(bodies_b) // leaves_b

@@ -84,9 +84,7 @@ class Reach:
     ) -> Reach:
         """Sample tool axes within the bounds at some of the locations where a cut begins or ends.
 
-        Parameters
-        ----------
-        around : part and fixtures to keep clear of, as of the machine's bodies; None to keep clear of nothing
+        They are kept clear of part and fixtures around, as of the machine's bodies; with None, of nothing.
         """
         zoned = constraints.zoned(toolpath)
         tilt = constraints.lean_bounds(zoned)
@@ -154,11 +152,8 @@ class Reach:
     def clear(self, offset: Triple, wanted: BoolArray, margin: float = 0.0) -> BoolArray:
         """Check which locations have a posture, of those wanted, (n, a, b), clear of the table, (n,).
 
-        All of the head counts as if it turned about the tool axis.
-
-        Parameters
-        ----------
-        margin : mm, added to every clearance
+        All of the head counts as if it turned about the tool axis. The margin, mm, is added to every
+        clearance.
         """
         axes = np.any(wanted, axis=2)
         there = self.machine.with_setup(offset, self.rotation)

@@ -76,13 +76,10 @@ def frame_ball(d: int, segment: Segment) -> None:
 def ball_on_ray(
     d: int, segment: Segment, wider: float, x: float, y: float
 ) -> tuple[float, float, float, float, int, int]:
-    """Where a ray is within a segment whose ball is wider, mm.
+    """Where a ray is within a segment whose ball is wider, mm: low and high, ∞ and −∞ if it isn't.
 
-    Returns
-    -------
-    low, high : mm; ∞ and −∞ if it isn't
-    slope_low, slope_high : R·|n_d| there, mm, of the surface's normal n
-    part_low, part_high : what it meets there: a sphere's node, 10 + an edge, or 20 + a face
+    Then, for each of both, R·|n_d| of the surface's normal n, and what the ray meets: a sphere's node, 10 +
+    an edge, or 20 + a face.
     """
     kind, p, way, size, face, narrow = segment
     u, v, radius = (d + 1) % 3, (d + 2) % 3, narrow + wider

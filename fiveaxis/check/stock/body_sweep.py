@@ -117,16 +117,9 @@ def first_point(
 ) -> tuple[float, float, float]:
     """Find the first point of a sweep on a ray from one place towards another.
 
-    Parameters
-    ----------
-    x : (3,), mm, a point of the ray, which is overwritten
-    begin, end : mm, along axis d
-    t : a first guess of the time
-    wider : mm, by which the body is inflated
-
-    Returns
-    -------
-    Place, mm; NaN if there is none. Size of the depth's slope, and the time, there
+    Return its place, mm, NaN if there is none, the size of the depth's slope there, and the time. Begin and
+    end, mm, are along axis d; the point x of the ray, (3,) mm, is overwritten; t is a first guess of the
+    time; the body is inflated by `wider`, mm.
     """
     sign, along = 1.0 if end > begin else -1.0, moved[2][ALONG]
     s, outside, f_outside, rise = begin, np.nan, 0.0, 0.0

@@ -64,12 +64,8 @@ class Deviations:
         """Find the highest points of what is left between finished places, (m,) indices.
 
         A ridge of height e between two passes of a ball is about √(8·R·e) wide, and has finished places on
-        both of its sides; where a cut ends beside uncut stock they are on one.
-
-        Parameters
-        ----------
-        tolerance : mm, within which the part is finished
-        radius : mm, of the cutter
+        both of its sides; where a cut ends beside uncut stock they are on one. The part is finished within
+        the tolerance, mm; the radius, mm, is the cutter's.
         """
         from scipy.spatial import cKDTree
 
@@ -103,13 +99,9 @@ class Deviations:
 
 
 def compare(stock: Stock, mesh: Mesh, part: Stock | None = None) -> Deviations:
-    """Compare a stock with a closed mesh, mm.
+    """Compare a stock with a closed mesh, mm; `part` is the mesh on the stock's grid, if it is known.
 
     Distances are exact at the ends of rays; their sign is that of the part's own rays.
-
-    Parameters
-    ----------
-    part : the mesh on the stock's grid, if it is known
     """
     part = fill(stock.emptied(), mesh) if part is None else part
     lost = part.without(stock)
@@ -153,13 +145,7 @@ def _one_per_cell(points: Array, cell: float) -> IntArray:
 
 
 def require_part_inside(stock: Stock, mesh: Mesh, part: Stock) -> None:
-    """Check that a stock contains the part, to its resolution, before anything is cut.
-
-    Raises
-    ------
-    JobError
-        The part reaches out of it.
-    """
+    """Raise `JobError` if a part reaches out of a stock, to its resolution, before anything is cut."""
     bounds = mesh.bounds
     out = np.maximum(stock.low - bounds[0], bounds[1] - stock.high)
     found = compare(stock, mesh, part)

@@ -41,15 +41,7 @@ class Blank:
 
     @classmethod
     def of(cls, stock: Stock, mesh: Mesh) -> Blank:
-        """Put a part into its stock.
-
-        Raises
-        ------
-        MeshError
-            The part's mesh isn't closed.
-        JobError
-            The part reaches out of the stock.
-        """
+        """Put a part into its stock: `MeshError` if its mesh isn't closed, `JobError` if it reaches out."""
         part = fill(stock.emptied(), mesh)
         require_part_inside(stock, mesh, part)
         return cls(stock, mesh, part)
@@ -87,16 +79,10 @@ class CutStock:
 def cut_stock(
     blank: Blank, tool: Tool, poses: Poses, rows: IntArray, count: int, rapid: IntArray | None = None
 ) -> CutStock:
-    """Cut a stock along a program, and compare the result with the part.
+    """Cut a copy of a blank along a program of `count` rows, and compare the result with the part.
 
-    Parameters
-    ----------
-    blank : stays as it is
-    tool : its cutter removes what it sweeps
-    poses : of the tool, at fractional rows of the program
-    rows : (m,), ascending, at which the moves end that are swept
-    count : number of rows
-    rapid : those of `rows` in whose moves the cutter mustn't touch the stock either; by default none
+    Poses are of the tool, at fractional rows. Rows, (m,), ascending, are those at which the moves end that
+    are swept; in those of the rapid ones the cutter mustn't touch the stock either, by default none.
     """
     stock = blank.stock.copy()
     bounds, tolerance = np.array([stock.low, stock.high]), sweep_tolerance(stock.resolution)

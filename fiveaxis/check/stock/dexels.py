@@ -162,15 +162,8 @@ class Stock:
     def empty(cls, bounds: Array, resolution: float) -> Stock:
         """Make a grid without material that fits bounds exactly: planes between rays would be rounded.
 
-        Parameters
-        ----------
-        bounds : (2, 3), mm, low and high corner
-        resolution : mm, largest distance of rays
-
-        Raises
-        ------
-        SettingError
-            A resolution that isn't above 0, or that takes more than `MOST_MEMORY`.
+        The bounds, (2, 3) mm, are low and high corner; the resolution, mm, is the largest distance of rays.
+        `SettingError` unless that is above 0, and takes at most `MOST_MEMORY`.
         """
         cells = require_room(bounds, resolution)
         rays = [int(cells[(d + 1) % 3] * cells[(d + 2) % 3]) for d in range(3)]
@@ -230,19 +223,11 @@ class Stock:
         return np.array([bundle.length * self.ray_area(d) for d, bundle in enumerate(self.bundles)])
 
     def cut(self, *sweeps: Sweep, blocks: int) -> Removal:
-        """Remove what the convex bodies of a cutter sweep.
+        """Remove what the convex bodies of a cutter sweep; what several would remove counts for the first.
 
         Rows of tiles are independent, so they are cut at once. A ray that needs more intervals than there is
         room for gets twice the room, and its segment is repeated: a second cut of the same removes nothing.
-
-        Parameters
-        ----------
-        sweeps : of each convex body, with blocks from 0
-        blocks : their number; on ends they are called `Stock.blocks` and on, which counts on
-
-        Returns
-        -------
-        What each block removed, by its first body where several remove the same
+        Blocks of the sweeps begin at 0; on ends they are called `Stock.blocks` and on, which counts on.
         """
         figures = self._run(sweeps, blocks)
         self.blocks += blocks

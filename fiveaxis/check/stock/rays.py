@@ -52,12 +52,10 @@ HALF_DIAGONAL = 0.7072
 def cut(
     ends: Ends, cut_by: Names, count: Counts, ray: int, low: float, high: float, name: int
 ) -> tuple[float, int]:
-    """Remove what lies between two places of a ray.
+    """Remove what lies between two places of a ray; return how much, mm, and which ends were made.
 
-    Returns
-    -------
-    removed : mm; −1 if the ray would need more intervals than it can hold, and then nothing is changed
-    made : 1 if `low` is an end now, 2 if `high` is, 3 both
+    It is −1 if the ray would need more intervals than it can hold, and then nothing is changed. Ends made are
+    1 if `low` is one now, 2 if `high` is, 3 both.
     """
     many, k, removed, made = int(count[ray]), 0, 0.0, 0
     while k < many:
@@ -147,13 +145,9 @@ def side_of_edge(p: Array, q: Array, u: int, v: int, x: float, y: float) -> floa
 
 @compiled
 def scan_triangles(d: int, h: Array, n: IntArray, triangles: Array, hits: Ends, many: IntArray) -> None:
-    """Find where the rays of a bundle cross triangles.
+    """Find where the rays of a bundle cross triangles, (t, 3, 3) mm from the grid's low corner.
 
-    Parameters
-    ----------
-    triangles : (t, 3, 3), mm from the grid's low corner
-    hits : (rays, m), mm, filled unsorted as far as they go
-    many : (rays,), counts all crossings
+    Hits, (rays, m) mm, are filled unsorted as far as they go; `many`, (rays,), counts all crossings.
     """
     u, v = (d + 1) % 3, (d + 2) % 3
     for g in range(len(triangles)):

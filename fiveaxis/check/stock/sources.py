@@ -60,13 +60,7 @@ def of_mesh(mesh: Mesh, resolution: float, *, name: str = "stock") -> Stock:
 
 
 def fill(stock: Stock, mesh: Mesh, name: str = "part") -> Stock:
-    """Fill an empty stock with what its rays have of a closed mesh, mm.
-
-    Raises
-    ------
-    MeshError
-        The mesh isn't closed.
-    """
+    """Fill an empty stock with what its rays have of a closed mesh, mm; `MeshError` if it isn't closed."""
     if not mesh.is_watertight:
         raise MeshError(f"the {name}'s mesh isn't watertight, so it encloses no material to cut; repair it")
     triangles = mesh.triangles - stock.low
@@ -199,10 +193,7 @@ def save_stock(stock: Stock, path: str | Path) -> Path:
 def read_stock(path: str | Path) -> Stock:
     """Read a stock that `save_stock` wrote; no block has cut it yet.
 
-    Raises
-    ------
-    JobError
-        A file that is missing, too large, or isn't a stock.
+    `JobError` for a file that is missing, too large, or isn't a stock.
     """
     content = read_input(path, MOST_MESH_BYTES, JobError)
     try:

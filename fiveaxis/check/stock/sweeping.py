@@ -140,15 +140,10 @@ def outline_bodies(outline: Array) -> list[SweptBody]:
 def swept(
     bodies: Iterable[SweptBody], poses: Poses, rows: IntArray, tolerance: float, bounds: Array
 ) -> tuple[Sweep, ...]:
-    """Divide moves into segments of convex bodies.
+    """Divide moves into segments of convex bodies, whose blocks are the rows, (m,), at which the moves end.
 
-    Parameters
-    ----------
-    bodies : of the tool. A cylinder as wide as its ball ends in a hemisphere
-    poses : of the tool, at fractional rows
-    rows : (m,), ascending; the row at which each move ends, and the segments' block
-    tolerance : mm, by which the segments may leave the true sweep
-    bounds : (2, 3), mm; what is beyond them isn't swept
+    Poses are those of the tool at fractional rows; a cylinder as wide as its ball ends in a hemisphere.
+    Segments may leave the true sweep by the tolerance, mm; what is beyond the bounds, (2, 3) mm, isn't swept.
     """
     return tuple(_swept_body(body, poses, rows, tolerance, bounds) for body in bodies)
 

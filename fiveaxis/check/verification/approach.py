@@ -85,10 +85,7 @@ class _LeadCheck:
     def choose(self, row: int, leg: bool) -> tuple[Array, str | None]:
         """Find the first clear lead, (k,) mm; if none is clear, return the default one and its error.
 
-        Parameters
-        ----------
-        row : `FIRST` or `LAST` location
-        leg : whether a Z move follows off the part
+        The row is the `FIRST` or the `LAST` location; with a leg, a Z move follows off the part.
         """
         default, blocked = axis_lead(self.motion, self.machine, row=row), None
         for lead in chain([default], self._others(row, none=row == FIRST or leg)):
@@ -268,19 +265,12 @@ def choose_leads(
 
 
 def height_above(machine: Machine, tool: Tool, surroundings: Surroundings, z: float) -> float | None:
-    """Measure how far the tool's side is above the workpiece's, wherever all axes but Z stand.
+    """Measure how far the tool's side is above the workpiece's, mm, wherever all axes but Z stand.
 
     A mesh counts as its bounding box, and the rotary axes stand at steps of `SWING`: of a swing of 1 m the
-    highest point is at most 0.6 mm above its highest step.
-
-    Parameters
-    ----------
-    z : mm, machine position of Z
-
-    Returns
-    -------
-    mm; None where it isn't known: travels that aren't stated, bodies on the bed, linear axes that aren't at
-    right angles to Z, or a Z that moves the workpiece
+    highest point is at most 0.6 mm above its highest step. Z is a machine position, mm. None where the height
+    isn't known: travels that aren't stated, bodies on the bed, linear axes that aren't at right angles to Z,
+    or a Z that moves the workpiece.
     """
     code, letters = machine.code, machine.letters
     if "Z" not in code.head or any(None in axis.limits.ends for axis in machine.axes if not axis.is_rotary):
@@ -330,12 +320,8 @@ def clear_from_anywhere(
     """Check whether the tool may go straight from a retract to a position, wherever X and Y stand there.
 
     The rotary axes stand as at the position, so the places on the way fill a pyramid, and a convex body there
-    fills the hull of itself at the pyramid's corners.
-
-    Parameters
-    ----------
-    z : mm, machine position of Z at the retract
-    above : (k,), mm and rad, the position; travels of all linear axes are known (`height_above`)
+    fills the hull of itself at the pyramid's corners. The retract is at a machine position of Z, mm; the
+    position above, (k,), is in mm and rad, and travels of all linear axes are known (`height_above`).
     """
     ends = [
         (axis.limits.low, axis.limits.high) if axis.letter in "XY" else (value,)

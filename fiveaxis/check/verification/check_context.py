@@ -105,10 +105,7 @@ class Tolerances:
     def with_gouge(self, depth: float) -> Tolerances:
         """Return these tolerances with another gouge tolerance, mm; the allowances stay.
 
-        Raises
-        ------
-        SettingError
-            A depth that isn't finite and above 0; a gouge tolerance was set before.
+        `SettingError` for a depth that isn't finite and above 0, or if a gouge tolerance was set before.
         """
         if depth != self.gouge and self.gouge != GOUGE_TOLERANCE:
             raise SettingError(
@@ -131,11 +128,8 @@ class Tolerances:
         """Return the tolerances for a program of our own, in which every location of the path has its place.
 
         An inserted location lies on a chord of the path, no deeper than a chord may be. Between two of them
-        linear axes leave the chord by the tolerance of `fill_in`, and anywhere by that of `thinned`.
-
-        Parameters
-        ----------
-        step, turn : mm and rad, the last decimal of linear and of rotary words
+        linear axes leave the chord by the tolerance of `fill_in`, and anywhere by that of `thinned`. The last
+        decimal of linear and of rotary words is a step, mm, and a turn, rad.
         """
         return replace(
             self.of_program(),
@@ -201,14 +195,10 @@ class PathConstraints:
         )
 
     def between(self, row: Array) -> PathConstraints:
-        """Return the bounds for a path with inserted locations.
+        """Return the bounds for a path with inserted locations, by their fractional rows of this path, (m,).
 
         The direction that a bound refers to (a normal, a programmed axis) turns uniformly from one location
-        to the next. Within a link or a rapid move there is no bound.
-
-        Parameters
-        ----------
-        row : (m,), fractional rows of the path with these bounds: 3.25 lies between 3 and 4
+        to the next: the row 3.25 lies between 3 and 4. Within a link or a rapid move there is no bound.
         """
         passed: BoolArray = row != np.floor(row)
         inserted = passed

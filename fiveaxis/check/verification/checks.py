@@ -29,12 +29,7 @@ BETWEEN, MOST_BETWEEN = math.radians(2.0), 400
 
 
 def check_figures(context: CheckContext, coordinates: Coordinates) -> Iterator[Result]:
-    """Check that every figure of the machine on which the words of a program depend is stated.
-
-    Parameters
-    ----------
-    coordinates : of the words
-    """
+    """Check that every figure of the machine on which the words of a program depend is stated."""
     for finding in figure_findings(context.machine, coordinates, context.positions):
         yield Result(finding.code, np.zeros(1, dtype=np.int64), finding.message, severity=finding.severity)
 
@@ -63,9 +58,7 @@ def check_finite(context: CheckContext) -> Result:
 def check_limits(context: CheckContext, *, placed: bool = True) -> Result:
     """Check every axis value against its limits.
 
-    Parameters
-    ----------
-    placed : whether it is known where the linear axes are; else only how far each goes is held to its travel
+    Unless it is known where the linear axes are (`placed`), only how far each goes is held to its travel.
     """
     machine, tolerances = context.machine, context.tolerances
     overrun = np.maximum(context.positions - machine.high, machine.low - context.positions)
@@ -217,11 +210,8 @@ def check_tilt(context: CheckContext) -> Result:
 def check_tilt_between(context: CheckContext, at: Callable[[Array], Array] | None = None) -> Result:
     """Check the same angle within the moves of a cut, where it may be outside though both ends are inside.
 
-    Between two locations the direction that a bound refers to turns evenly, and all axes run linearly.
-
-    Parameters
-    ----------
-    at : computes the tool axes, (m, 3) unit vectors, at fractional rows, (m,)
+    Between two locations the direction that a bound refers to turns evenly, and all axes run linearly, unless
+    `at` computes the tool axes, (m, 3) unit vectors, at fractional rows, (m,).
     """
     bounds = context.constraints.leaning
     if bounds is None:

@@ -53,12 +53,9 @@ class Course:
         return np.asarray(self.circles.any(axis=(1, 2)))[self.move]
 
     def distances(self, rows: IntArray | int, point: Array) -> Array:
-        """Measure how far points in the moves to rows are from where the pivot may be there, (m,) mm.
+        """Measure how far points, (m, 3) mm, are from where the pivot may be in the moves to rows, mm.
 
-        Parameters
-        ----------
-        rows : (m,), or one for all points
-        point : (m, 3), mm
+        The rows are (m,), or one for all points.
         """
         move = self.move[rows]
         begin, chord = self.begin[move], self.end[move] - self.begin[move]

@@ -57,20 +57,11 @@ class CuttingBody:
     def depths(self, tips: Array, axes: Array, part: TriangleTree | Model, floors: Array) -> Array:
         """Measure how deep the cutter reaches into triangles or, to 0.1 µm, the exact surfaces of a model.
 
-        Depth is the shortest distance from the deepest point of the surface out of the cutter's profile,
-        sideways, towards the tip or past its upper end: offset inwards by the depth, the profile would only
-        touch. Of several pieces the largest depth counts, so where neck and ball of a lollipop meet it is
-        slightly too small.
-
-        Parameters
-        ----------
-        tips, axes : (n, 3), mm and unit vectors
-        part : its triangles, or its exact surfaces
-        floors : (n,), mm; returned for smaller depths
-
-        Returns
-        -------
-        (n,), mm; negative is clearance
+        Depth, (n,) mm, is the shortest distance from the deepest point of the surface out of the cutter's
+        profile, sideways, towards the tip or past its upper end: offset inwards by the depth, the profile
+        would only touch. Negative is clearance; for depths below the floors, (n,) mm, these are returned. Of
+        several pieces the largest depth counts, so where neck and ball of a lollipop meet it is slightly too
+        small. Tips and axes are (n, 3), mm and unit vectors.
         """
         measure: Callable[..., Array] = piece_depths
         if not isinstance(part, TriangleTree):

@@ -63,10 +63,7 @@ def deepest_in_face(
 ) -> float:
     """Largest depth in the piece of a surface between three of its parameters, or `best` if none is larger.
 
-    Parameters
-    ----------
-    start : (3, 2), parameters
-    off : mm, between the triangle and its surface at most
+    The parameters to start from are (3, 2); the triangle is off its surface by `off` at most, mm.
     """
     uv, corners, offs = np.empty((WAITING, 3, 2)), np.empty((WAITING, 3, 3)), np.empty(WAITING)
     middle_uv, middle = np.empty((3, 2)), np.empty((3, 3))
@@ -117,9 +114,7 @@ def deepest_all(
 ) -> Array:
     """Depth of one body in surfaces at each of (n, 3) tips and axes, at least the floor, (n,) → (n,) mm.
 
-    Parameters
-    ----------
-    deviation : mm, between mesh and surfaces at most
+    The mesh leaves the surfaces by the deviation, mm, at most.
     """
     leaves = len(mesh.boxes) // 2
     width = len(mesh.corners) // leaves

@@ -37,16 +37,11 @@ def check_feeds(context: CheckContext) -> Result:
 
 
 def check_feeds_along(context: CheckContext, match: Match, *, knows_axes: bool = True) -> Result:
-    """Check the durations of a program whose rows aren't the locations of its path.
+    """Check the durations of a program whose rows aren't the locations of its path; `match` has those.
 
     Controls count F along the tip, others' paths along the tool's centre, and ours along the pivot: anything
-    between them is as asked for.
-
-    Parameters
-    ----------
-    match : the path's locations among the program's rows
-    knows_axes : whether the program states the rotary angles; else a block may take twice as long, as axes
-        that the control chooses may be at their highest speed
+    between them is as asked for. Where the program doesn't state the rotary angles, a block may take twice as
+    long, as axes that the control chooses may be at their highest speed.
     """
     path, row = match.path, match.passed
     place = match.place[row]
@@ -92,10 +87,7 @@ def check_cutter_speed(context: CheckContext, known: BoolArray) -> Result:
     """Tell by how much centre and contact of the tool go faster along the part than F says.
 
     F is the speed of one point, or of the axes; a tool that turns, or follows a hollow, moves others faster.
-
-    Parameters
-    ----------
-    known : (n,), whether the motion's feed is what F says
+    `known`, (n,), is whether the motion's feed is what F says.
     """
     path, programmed = context.toolpath, context.motion.feed * context.motion.time
     points = {"tool's centre": context.centre, "contact": path.contact}

@@ -71,12 +71,10 @@ class Match:
 def follow(
     context: CheckContext, path: Toolpath, *, tcp_height: float | None = None, by_direction: bool = False
 ) -> Match:
-    """Follow a path with a program.
+    """Follow a path with a program, whose context has the tool and the zone of the path.
 
     Parameters
     ----------
-    context : the program, with tool and zone of the path
-    path : the path to follow
     tcp_height : mm above the tip, of the point that moves straight between rows under TCP; None with joint
         interpolation
     by_direction : whether the program gives directions of the tool: some controls turn it from one to the
@@ -176,13 +174,9 @@ def _follow(
 ) -> tuple[IntArray, Array, Array]:
     """Follow both: find the program's point at each location, and the distance of the others from the chords.
 
-    With joint interpolation rapid moves of both may take any course between locations.
-
-    Returns
-    -------
-    row, place : (n,), of the locations, as in `Match`
-    off : (m,), mm, of the track's points from the chord between the locations before and after; NaN before
-        the first location, and in the lead-out from the last one
+    With joint interpolation rapid moves of both may take any course between locations. Return row and place
+    of the locations, (n,), as in `Match`, and how far the track's points are off the chord between the
+    locations before and after, (m,) mm: NaN before the first location, and in the lead-out from the last one.
     """
     count = len(path)
     rows, places = np.full(count, -1, dtype=np.int64), np.full(count, np.nan)
@@ -213,12 +207,9 @@ def _follow(
 def _passed(
     track: Track, path: Toolpath, tolerance: float, *, straight: bool
 ) -> tuple[IntArray, IntArray, IntArray]:
-    """Find the locations that the track passes in order, (p,), and at which points.
+    """Find the locations that the track passes in order, and at which of its points, (p,) each.
 
-    Returns
-    -------
-    known : (p,), the locations
-    begin, point : (p,), of the track: where the search begins, and the point to which the chord passes it
+    After the locations come the point where the search begins, and that to which the chord passes it.
     """
     steps = step_lengths(track.centre)
     # Links return to where they left and make no progress along the path.
@@ -335,20 +326,11 @@ def _any_within(marked: BoolArray, first: IntArray, last: IntArray) -> BoolArray
 def pivot_shares(
     path: Toolpath, course: Course, i: IntArray, centre: Array, axis: Array
 ) -> tuple[Array, Array]:
-    """Find where in the moves from locations i the pivot is, for centres and tool axes.
+    """Find where in the moves from locations i, (m,), the pivot is, for the tool's centres and axes, (m, 3).
 
     Where along the chord it is follows from the normal, which turns uniformly: the nearest of some places,
-    then of some around it.
-
-    Parameters
-    ----------
-    i : (m,), locations at which the chords begin
-    centre, axis : (m, 3), mm and unit vectors, of the tool
-
-    Returns
-    -------
-    gap : (m,), mm, distance of the pivot from its path; NaN beside a location without a normal
-    share : (m,), of the chord, where it is
+    then of some around it. Return the distance of the pivot from its path, (m,) mm, NaN beside a location
+    without a normal, and the share of the chord, (m,).
     """
     begin, width = np.zeros(len(centre)), 1.0
     gap, found = np.full(len(centre), np.inf), np.zeros(len(centre))

@@ -208,10 +208,8 @@ def box_bound(tip: Array, axis: Array, box: Array, body: Body) -> float:
 def deepest(tip: Array, axis: Array, body: Body, triangles: Array, boxes: Array, floor: float) -> float:
     """Depth of one body in the triangles of a tree, mm; `floor` if it is no deeper.
 
-    Parameters
-    ----------
-    tip, axis : (3,), mm and unit vector
-    triangles, boxes : as in `fiveaxis.cam.mesh.kernels.nearest_triangle`
+    Tip and axis are (3,), mm and a unit vector; triangles and boxes are as in
+    `fiveaxis.cam.mesh.kernels.nearest_triangle`.
     """
     leaves = len(boxes) // 2
     width = len(triangles) // leaves

@@ -238,11 +238,8 @@ def gouge_depths(
 def _divide(moves: MovePoses, known: BoolArray) -> tuple[IntArray, Array, Array, Array]:
     """Divide the moves so that no rotary axis turns by more than `TURN` in a part.
 
-    Returns
-    -------
-    row : (m,), where each part's move ends
-    low, high : (m,), shares of the move
-    movement : (m,), mm, of the cutter in the part
+    Return, (m,) each, where each part's move ends, the shares of the move between which the part is, and the
+    cutter's movement in it, mm.
     """
     context = moves.context
     row = np.flatnonzero(known[1:] & known[:-1]) + 1

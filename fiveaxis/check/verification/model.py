@@ -54,17 +54,10 @@ def kinematics_name() -> str:
 
 
 def tool_poses(machine: Machine, positions: Array) -> tuple[Array, Array]:
-    """Compute the tool poses relative to the workpiece.
+    """Compute the tool poses relative to the workpiece: tips, mm, and unit vectors from tip to shank.
 
-    Parameters
-    ----------
-    machine : the machine
-    positions : (n, k), mm and rad, columns in the order of `machine.axes`; a row with NaN gives NaN
-
-    Returns
-    -------
-    tip : (n, 3), mm, workpiece frame
-    axis : (n, 3), unit vectors from tip to shank, workpiece frame
+    Both are (n, 3), in the workpiece frame. Positions, (n, k) mm and rad, have columns in the order of
+    `machine.axes`; a row with NaN gives NaN.
     """
     rows = np.asarray(positions, dtype=float)
     if (pin := load_pinocchio()) is not None:
@@ -102,11 +95,7 @@ def build_model(machine: Machine) -> ToolModel:
     """Build the chain of a machine for pinocchio, which has to be installed; the workpiece is its universe.
 
     Every joint's frame is parallel to the machine frame at home with its origin on the axis, so placements
-    are pure offsets and the joints' directions hold the geometry.
-
-    Parameters
-    ----------
-    machine : its `chain`; limits don't matter here
+    are pure offsets and the joints' directions hold the geometry. Limits don't matter here.
     """
     import pinocchio as pin
 

@@ -60,12 +60,9 @@ def check_speeds(context: CheckContext) -> Result:
 def check_accelerations(context: CheckContext, kind: str) -> Result:
     """Check the change of every axis's mean speed from one cutting block to the next.
 
-    The change is divided by the mean of both durations. Beyond the highest acceleration a control slows down
-    or rounds the corner, so the feed isn't the programmed one: a warning.
-
-    Parameters
-    ----------
-    kind : axes to check, ``rotary`` or ``linear``
+    The axes are those of a kind, ``rotary`` or ``linear``. The change is divided by the mean of both
+    durations. Beyond the highest acceleration a control slows down or rounds the corner, so the feed isn't
+    the programmed one: a warning.
     """
     axes = context.machine.axes
     columns = [c for c, a in enumerate(axes) if a.is_rotary is KINDS[kind]]
@@ -121,12 +118,8 @@ def check_deviation(context: CheckContext, severity: Severity | None, within: Wi
     """Check how far the tool's centre leaves its path between two rows.
 
     A control with TCP keeps the centre on the chord; one without cuts too deep or leaves material by this.
-
-    Parameters
-    ----------
-    context : the motion
-    severity : of leaving it; None if blocks are inserted between the rows, so that only the figure counts
-    within : computes the axes within moves as a program's text moves them; by default all are linear in time
+    The severity is None if blocks are inserted between the rows, so that only the figure counts. Within moves
+    all axes are linear in time, unless `within` computes them as a program's text moves them.
     """
     deviation = path_deviations(context, within)
     figures = {"tip_deviation_mm": largest(deviation)}

@@ -27,13 +27,7 @@ def check_outside(context: CheckContext, match: Match, tcp_height: float | None)
     """Check that the cutter keeps out of the surface that a path cuts, before the path and after it.
 
     The surface is known at the path's contact points, with or without a mesh of the part; without these
-    points there is nothing to check.
-
-    Parameters
-    ----------
-    context : the program
-    match : the path's locations among its rows
-    tcp_height : see `check_gouge`
+    points there is nothing to check. `tcp_height` is as for `check_gouge`.
     """
     surface = surface_at_contacts(match.path)
     if surface is None or match.ends is None:

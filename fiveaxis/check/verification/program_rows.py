@@ -66,10 +66,7 @@ class Against:
     def of_program(self, motion: ReadMotion) -> Against:
         """Return it with the cutter that a program's comments state, where none is given.
 
-        Raises
-        ------
-        SettingError
-            A part, a stock or fixtures, and no cutter.
+        `SettingError` if there is a part, a stock or fixtures, and no cutter.
         """
         cutter, around = self.cutter or motion.tool, self.surroundings
         if cutter is None and around is not None and (around.meshes or around.fixtures or around.blank):
@@ -140,12 +137,7 @@ def check_program_lean(context: CheckContext, rows: ProgramRows, part: Mesh | No
     """Check the tool's lean where the directions that it refers to are known.
 
     These are the path's at its locations or, without a path, the normals of the part where the cutter touches
-    it.
-
-    Raises
-    ------
-    SettingError
-        A bound whose direction neither a path nor a part gives.
+    it. `SettingError` for a bound whose direction neither a path nor a part gives.
     """
     given, match = rows.against.constraints, rows.match
     if not given.bounds_lean:

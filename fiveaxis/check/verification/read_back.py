@@ -182,13 +182,7 @@ class ReadBack:
 
 @dataclass(frozen=True, eq=False)
 class WrittenText:
-    """A text that was read back, at the locations of the path that its blocks stand for.
-
-    Parameters
-    ----------
-    back : the text with the planned motion
-    fill : n locations that the planned blocks stand for
-    """
+    """A text that was read back, at the n locations of the path that its planned blocks stand for."""
 
     back: ReadBack
     fill: Fill

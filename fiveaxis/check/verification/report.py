@@ -141,10 +141,7 @@ class Report(ShownAsTable):
     def of_findings(cls, findings: Iterable[Finding], rows: str = READING) -> Report:
         """Build a report from findings that don't come from a check on rows of a motion.
 
-        Parameters
-        ----------
-        findings : in any order
-        rows : name of the rows that they are about
+        `rows` is the name of the rows that they are about.
         """
         listed = sort_findings(findings)
         return cls(listed, Counter(Check(f.code, rows) for f in listed), {}, (), ())

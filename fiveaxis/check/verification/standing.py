@@ -118,11 +118,8 @@ def _height_needed(
     """Compute how far a table has to be below where it is for all bodies to keep their clearances, mm, or 0.
 
     It is never too small: between two rows a point goes below both by at most an eighth of the bound on its
-    second derivative (`Travel.bends`), and moves are divided until that is `TOLERANCE`, or `MOST_PARTS`.
-
-    Parameters
-    ----------
-    ground : the table; its piece has its middle on the z axis, which is up
+    second derivative (`Travel.bends`), and moves are divided until that is `TOLERANCE`, or `MOST_PARTS`. The
+    ground is the table; its piece has its middle on the z axis, which is up.
     """
     machine, poses, (face,) = context.machine, link_poses(context.machine), ground.pieces
     margins = clearances.by_kind

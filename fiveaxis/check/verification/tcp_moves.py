@@ -19,17 +19,9 @@ MOST_ROUNDS = 12
 def divide_tcp_moves(machine: Machine, positions: Array, height: float) -> tuple[Array, Array]:
     """Divide the moves between rows until axes linear in time move a point of the tool straight.
 
-    Parameters
-    ----------
-    machine : chain and column order
-    positions : (n, k), mm and rad
-    height : mm above the tip, of the point that moves straight
-
-    Returns
-    -------
-    positions : (m, k), mm and rad, the given rows included; halfway through every part the point is within
-        `PATH_TOLERANCE` of its straight path
-    row : (m,), fractional given rows: 3.25 lies between 3 and 4
+    The point is at a height above the tip, mm. Return positions, (m, k) mm and rad, the given rows included,
+    and their fractional given rows, (m,): 3.25 lies between 3 and 4. Halfway through every part the point is
+    within `PATH_TOLERANCE` of its straight path.
     """
     tip, axis = tool_poses(machine, positions)
     straight, row, every = tip + height * axis, np.arange(len(positions), dtype=float), positions
@@ -51,16 +43,10 @@ def divide_tcp_moves(machine: Machine, positions: Array, height: float) -> tuple
 def positions_between(
     machine: Machine, positions: Array, place: Array, interpolation: Interpolation
 ) -> Array:
-    """Compute the axis positions between the ends of blocks as a control moves them.
+    """Compute the axis positions between the ends of blocks as a control moves them, (n, k) mm and rad.
 
-    Parameters
-    ----------
-    positions : (m, k), mm and rad, at the ends of blocks
-    place : (n,), fractional rows of these: 3.25 is after a quarter of the block to row 4
-
-    Returns
-    -------
-    (n, k), mm and rad
+    Those at the ends are (m, k); places, (n,), are fractional rows of these: 3.25 is after a quarter of the
+    block to row 4.
     """
     found = interpolate(positions, place)
     inner = np.flatnonzero(place != np.floor(place))

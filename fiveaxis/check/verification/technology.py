@@ -114,13 +114,7 @@ def check_descent(read: TracedProgram, machine: Machine) -> Iterator[Result]:
 
 
 def check_switched(tcp: BoolArray, cuts: IntArray) -> Result:
-    """Check that TCP is neither switched on nor off between the cuts.
-
-    Parameters
-    ----------
-    tcp : (n,), whether the move to a row is under TCP
-    cuts : (m,), rows that cut
-    """
+    """Check that TCP, (n,) by the moves to rows, isn't switched on or off between the rows that cut, (m,)."""
     bad = cuts[tcp[cuts] != tcp[cuts[:1]]] if len(cuts) else cuts
     return Result(
         code="tcp-state",

@@ -242,10 +242,7 @@ def nearest_angles(context: CheckContext) -> Array:
 def check_planes(fill: Fill, rotary: Array) -> Result:
     """Check that the tool axis stays in the plane of its end directions in each cut, or on a curve near it.
 
-    Parameters
-    ----------
-    fill : the locations that a program's blocks represent
-    rotary : (n, r), rad, at these locations
+    The rotary angles, (n, r) rad, are at the locations that the program's blocks represent.
     """
     off = fill.off_plane(rotary)
     moves = np.flatnonzero(fill.planes.left)

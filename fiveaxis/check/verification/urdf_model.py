@@ -60,15 +60,9 @@ def _triple(element: ElementTree.Element, tag: str, key: str, default: str) -> A
 
 
 def frames_of(machine: Machine, positions: Array) -> dict[str, Array]:
-    """Compute the frame of every link of a machine's URDF in the workpiece frame.
+    """Compute the frame of every link of a machine's URDF in the workpiece frame, (n, 4, 4) mm.
 
-    Parameters
-    ----------
-    positions : (n, k), mm and rad, columns in the order of `machine.axes`
-
-    Returns
-    -------
-    Link → (n, 4, 4), mm
+    The positions, (n, k) mm and rad, have columns in the order of `machine.axes`.
     """
     joints, values = read_joints(machine), dict(zip(machine.letters, positions.T, strict=True))
     at = {joints[0].parent: np.tile(np.eye(4), (len(positions), 1, 1))}

@@ -377,13 +377,7 @@ def run_checks(examination: Examination, checks: Iterable[CheckFunction] = CHECK
 
 
 def examine(examination: Examination, not_checked: Iterable[Gap] = ()) -> Report:
-    """Run all checks and report what they found.
-
-    Parameters
-    ----------
-    examination : what they look at
-    not_checked : what no check covers
-    """
+    """Run all checks and report what they found; `not_checked` is what no check covers."""
     context = examination.context
     report = make_report(run_checks(examination), context.toolpath, not_checked)
     found = ", ".join(f"{code} {count}" for code, count in report.counts.items())

@@ -21,13 +21,7 @@ _UNCHECKED = (
 
 @dataclass(frozen=True, eq=False)
 class Cuts:
-    """The cuts of a program, with what is in force in them.
-
-    Parameters
-    ----------
-    track : of the moves that cut, (m,)
-    rows : (m,), row for findings on each of them
-    """
+    """The cuts of a program, (m,), with what is in force in them, and the row for findings on each."""
 
     track: TechnologyTrack
     rows: IntArray

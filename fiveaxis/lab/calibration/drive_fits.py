@@ -101,10 +101,7 @@ class LogFit:
 def fit_logs(runs: Sequence[AxisLog], facts: AxisFacts) -> LogFit:
     """Fit the model to the steady rows of logs, less the terms that these can't identify.
 
-    Parameters
-    ----------
-    runs : with speed 0 exactly where the axis stands
-    facts : of the axis
+    The speed is 0 exactly where the axis stands.
 
     Raises
     ------

@@ -91,10 +91,7 @@ class AxisFacts(FitDrive):
 def choose_model(facts: AxisFacts, *, standing: bool) -> DriveModel:
     """Choose the terms to fit; for a friction drive those that were named, or the usual ones.
 
-    Parameters
-    ----------
-    facts : of the axis
-    standing : whether the rows at standstill suffice for a term of their own
+    `standing` is whether the rows at standstill suffice for a term of their own.
     """
     if facts.model != "friction":
         model = _table_model(facts)

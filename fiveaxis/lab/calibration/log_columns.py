@@ -195,10 +195,7 @@ class LogColumns:
     def size(self, quantity: str) -> float:
         """Return the size of a column's unit in ours; of power, load and current in W, % and A.
 
-        Raises
-        ------
-        SettingError
-            No unit is stated, it is unknown, or it belongs to the other kind of axis.
+        `SettingError` if no unit is stated, it is unknown, or it belongs to the other kind of axis.
         """
         known = dict(_quantities(rotary=self.rotary)[quantity].units)
         others = _quantities(rotary=not self.rotary)[quantity].units
@@ -221,16 +218,9 @@ class LogColumns:
     def require_plausible(self, quantity: str, values: Array, lines: IntArray, file: Path) -> None:
         """Raise if a column's peak is above that of machine tools in the stated unit.
 
-        Parameters
-        ----------
-        quantity : of the column, or the velocity that other columns gave
-        values : (n,), in our units; of the power in the unit of its column
-        lines : (n,), of the file
-
-        Raises
-        ------
-        InputError
-            With the likely unit; or, if few rows are above the bound, with the first of them.
+        The quantity may also be the velocity that other columns gave. Values, (n,), are in our units, those
+        of power in the unit of its column; lines, (n,), are of the file. The `InputError` has the likely
+        unit; or, if few rows are above the bound, the first of them.
         """
         known, column, unit = self._source(quantity)
         sizes = np.abs(values) / known.units[known.shown]

@@ -180,19 +180,11 @@ class Cut:
 
 
 def removal_rate(cut: Cut) -> float:
-    """Compute the material removal rate: feed times the cut's section across the feed.
+    """Compute the material removal rate, mm³/s: feed times the cut's section across the feed.
 
-    The section is ``depth·width`` for a flat end and ``∫ min(2c, width) dz`` over the depth for a ball, a
-    segment of the circle up to the height where the chord reaches the width and a strip above it. It doesn't
-    depend on how a ball leans.
-
-    Returns
-    -------
-    mm³/s
-
-    References
-    ----------
-    Olteanu, Bîșu, Tănase, Eq. (1): ``a_p a_e v_f``; the ball's section is elementary geometry.
+    The section is ``depth·width`` for a flat end (Olteanu, Bîșu, Tănase, Eq. 1) and ``∫ min(2c, width) dz``
+    over the depth for a ball, a segment of the circle up to the height where the chord reaches the width and
+    a strip above it, by elementary geometry. It doesn't depend on how a ball leans.
     """
     if cut.mill.shape == "flat":
         return cut.depth * cut.width * cut.feed
@@ -204,19 +196,12 @@ def removal_rate(cut: Cut) -> float:
 
 
 def swept_surface(cut: Cut) -> float:
-    """Compute the surface that one tooth's edge sweeps in the material in one turn: path times chip width.
+    """Compute the surface that one tooth's edge sweeps in the material in one turn, mm²: path by chip width.
 
     ``R·depth·(arc of engagement)`` for a flat end; on a ball ``R² ∫ sinθ (ψ(θ) + π/2) dθ`` over the polar
     angle θ from the surface normal, with the azimuth ψ where the previous pass's groove begins. It doesn't
-    depend on how a ball leans.
-
-    Returns
-    -------
-    mm²
-
-    References
-    ----------
-    Own derivation for `mean_cutting_power`; Olteanu et al., Eq. (1), has the removal rate only.
+    depend on how a ball leans. Own derivation for `mean_cutting_power`; Olteanu et al., Eq. (1), has the
+    removal rate only.
     """
     radius = cut.mill.radius
     if cut.mill.shape == "flat":

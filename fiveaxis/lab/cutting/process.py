@@ -87,10 +87,7 @@ def cutting_power(tool: Tool | str, process: ProcessFigures, feed_mm_min: float)
 def read_process(process: ProcessFigures) -> ProcessTable:
     """Read the keys of a process from its file or from a mapping, whose coefficients may lack their source.
 
-    Raises
-    ------
-    JobError
-        A key is unknown or missing, or its value out of its range.
+    `JobError` if a key is unknown or missing, or its value out of its range.
     """
     if isinstance(process, str | Path):
         return read_settings(Path(process), ProcessTable, JobError)

@@ -163,12 +163,9 @@ def cheapest_branches(
 ) -> Array:
     """Choose branches and turns by dynamic programming; (n, 2) rad, chain order.
 
-    Parameters
-    ----------
-    positions, allowed : (2, n, k) and (2, n), as `Postures`
-    columns : (2,), of the rotary axes
-    low, high, slack : (2,) rad, limits within which the shorter turn is taken; rad that may be beyond them
-    plus, minus : (n, k), J/mm and J/rad, of the move into each location
+    Positions and what is allowed are as in `Postures`; columns, (2,), are of the rotary axes. The prices,
+    plus and minus, (n, k) J/mm and J/rad, are of the move into each location. The shorter turn is taken
+    within the limits low and high, (2,) rad, which it may exceed by the slack, rad.
     """
     n, k = positions.shape[1], positions.shape[2]
     turn = 2.0 * np.pi

@@ -308,13 +308,10 @@ def walk(
 ) -> Array:
     """Take the cheapest move at every location, first coarse then fine, or the one to the anchor; (n, 2) rad.
 
-    Parameters
-    ----------
-    limits : (2, k), mm and rad
-    columns : (2,), of the rotary axes, chain order
-    plus, minus : (n, k), J/mm and J/rad, of the move into each location
-    anchored : (n, k), mm and rad, a path that is admissible everywhere; brought near by whole turns
-    coarse, fine : (m, 2), rad, offsets
+    The anchored path, (n, k) mm and rad, is admissible everywhere, and brought near by whole turns. Limits
+    are (2, k) mm and rad; columns are those of the rotary axes, chain order; the prices, plus and minus,
+    (n, k) J/mm and J/rad, are of the move into each location; the coarse and the fine offsets, (m, 2), are in
+    rad.
     """
     axes, count = anchored.shape[1], max(len(coarse), len(fine))
     rotary, around, here, there = np.empty((len(anchored), 2)), np.empty(2), np.empty(axes), np.empty(axes)

@@ -48,17 +48,8 @@ def moved_clear(
 
     Distance is measured in the unwrapped rotary angles; locations that the mask admits keep their postures
     exactly. Along consecutive refused locations the posture stays on one side of the obstacle unless that is
-    a detour.
-
-    Parameters
-    ----------
-    compared : baselines by name, at the locations of `toolpath`
-    problem : with the machine and the bounds on turns
-    bounds : on the lean, which a moved posture keeps
-
-    Returns
-    -------
-    Baselines by name, with a note where they were moved; and why others have no clear path
+    a detour. A moved posture keeps the bounds on the lean, and the problem's on turns. Moved baselines have a
+    note; those without a clear path are returned apart, with the reason.
     """
     clear, machine = _Clear(problem, toolpath, bounds, mask), problem.machine
     kept, missing = dict(compared), {}

@@ -40,14 +40,9 @@ ROUNDING = 1e-7
 
 
 class Side(NamedTuple):
-    """The cells of one rotary axis.
+    """The cells of one rotary axis, each a step wide, the first from `low` on; rad.
 
-    Parameters
-    ----------
-    low : rad, where the first cell begins
-    step : rad, width of a cell
-    parts : number of cells
-    wraps : whether the last cell ends where the first begins, for an axis of more than a turn
+    It wraps if the last cell ends where the first begins, for an axis of more than a turn.
     """
 
     low: float

@@ -54,11 +54,8 @@ ONE_FINER = Steps(finer=1.0)
 class Level:
     """How finely a path is bounded.
 
-    Parameters
-    ----------
-    step : rad, of the lattice's rotary angles
-    cells : in which postures are enclosed, in a step
-    stride : of the visits
+    A lattice's rotary angles have a step, rad, that is divided into cells in which postures are enclosed; the
+    stride is that of the visits.
     """
 
     step: float

@@ -85,11 +85,10 @@ class Visits:
 
 @dataclass(frozen=True)
 class Crossed:
-    """What it costs at least to cross all visits.
+    """What it costs at least to cross all visits, J; infinite if some location has no admissible posture.
 
     Parameters
     ----------
-    total : J; infinite if some location has no admissible posture
     work : sources, corners and cells that were looked at, as times of a source
     most : corners of a visit
     cells : of the rotary angles

@@ -118,12 +118,8 @@ def bound_energy(
 
     Travel is charged as little as it can cost (`fiveaxis.model.least_travel_costs`), and what drives draw at
     standstill for the least time at the programmed feed, which is that of the tip with `by_tip`. Drives with
-    a constant power can't be charged where their highest speed isn't known. For the rest see `bound_travel`.
-
-    Raises
-    ------
-    MachineError
-        The power of an axis isn't known, or nothing can be said about it (`least_travel_costs`).
+    a constant power can't be charged where their highest speed isn't known. `MachineError` if the power of an
+    axis isn't known, or nothing can be said about it. For the rest see `bound_travel`.
     """
     *costs, standing = least_travel_costs(machine)
     plus, minus = (np.tile(price, (len(toolpath) - 1, 1)) for price in costs)

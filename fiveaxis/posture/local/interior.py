@@ -37,15 +37,7 @@ MOST_RESTARTS = 5
 
 @dataclass(frozen=True, eq=False)
 class LocalOptimum:
-    """Result of a solver.
-
-    Parameters
-    ----------
-    x : (n, d), the unknowns
-    multiplier : (r,), of the rows
-    solved : whether it is a local optimum
-    iterations : number of them
-    """
+    """Result of a solver: the unknowns, (n, d), and the multipliers of the rows, (r,)."""
 
     x: Array
     multiplier: Array
@@ -68,15 +60,10 @@ def minimise(
     last: float = LAST_BARRIER,
     flat: float = FLAT,
 ) -> LocalOptimum:
-    """Find a local optimum.
+    """Find a local optimum from a start, (n, d), in the model of the machine's chain unless another is given.
 
-    Parameters
-    ----------
-    start : (n, d), unknowns
-    model : of the quantities; by default that of the machine's chain
-    iterations : largest number
-    barrier, last : first and last barrier parameter, J
-    flat : J/rad and J/s, scaled, accepted error of the gradient
+    The first and the last barrier parameter are in J. The gradient may keep an error of `flat`, J/rad and
+    J/s, scaled.
     """
     model = model or ChainModel(rows)
     quantities = model.values(start)

@@ -82,10 +82,8 @@ def differentiate(
 ) -> None:
     """Evaluate rows and their derivatives by the unknowns of their windows at a point.
 
-    Parameters
-    ----------
-    quantity, coefficient : (r, z) each, of the rows (`rows.TermRows`)
-    quantities, slope : (n, m), and (n, m, d), their derivatives by the unknowns of their location
+    Quantities are (n, m); their slopes, (n, m, d), are by the unknowns of their location. The rows' own are
+    those of `rows.TermRows`.
     """
     first, value, gradient = point.first, point.value, point.gradient
     m, d = slope.shape[1], slope.shape[2]
@@ -250,17 +248,10 @@ def take(
 
 @inner
 def solve_band(band: Array, right: Array, free: BoolArray, shift: float, dx: Array) -> bool:
-    """Solve ``(H + shift) dx = −right`` by ``L D Lᵀ`` without pivoting.
+    """Solve ``(H + shift) dx = −right`` by ``L D Lᵀ`` without pivoting; False unless it is positive definite.
 
-    Parameters
-    ----------
-    band : (N, b), lower half by row, the diagonal first
-    free : (N,), unknowns that move; rows and columns of the others are 0
-    dx : (N,), filled in
-
-    Returns
-    -------
-    Whether the matrix is positive definite
+    The band, (N, b), is the lower half by row, the diagonal first. Rows and columns of unknowns that aren't
+    free are 0. The step dx, (N,), is filled in.
     """
     count, width = band.shape
     low, pivot = np.zeros((count, width)), np.empty(count)
@@ -380,6 +371,8 @@ def direct(
 ) -> tuple[bool, float, float]:
     """Find the step from a point by the condensed system, without negative curvature if it else may ascend.
 
+    Return whether there is one, the longest step, and the derivative of the barrier objective along it.
+
     Parameters
     ----------
     fraction : of its room that a value may use
@@ -387,10 +380,6 @@ def direct(
     free : (n d,), see `solve_band`
     dx, change, new : (n d,), (3, p) and (r,), steps of unknowns, of parts with duals, and of multipliers;
         filled in
-
-    Returns
-    -------
-    Whether there is one; the longest step; and the derivative of the barrier objective along it
     """
     d, count, width = point.d, len(dx), point.gradient.shape[1]
     band, right = np.zeros((count, width)), np.zeros(count)

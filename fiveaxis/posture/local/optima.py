@@ -44,14 +44,9 @@ USUAL = 100.0
 
 @dataclass(frozen=True, eq=False)
 class Refinement:
-    """A path refined by the NLP; never worse than its start.
+    """A path refined by the NLP, (n, 2) rad, chain order, and its cost, J; never worse than its start.
 
-    Parameters
-    ----------
-    rotary : (n, 2), rad, chain order
-    cost : J
-    status : `SOLVED`, or the solver's own status
-    iterations : number of them
+    The status is `SOLVED`, or the solver's own.
     """
 
     rotary: Array
@@ -71,7 +66,9 @@ def refine(
     last: float = LAST_BARRIER,
     solver: str = STRUCTURED,
 ) -> Refinement:
-    """Minimise a problem's cost from a start.
+    """Minimise a problem's cost from a start, which is returned if it isn't improved or a bound is broken.
+
+    `SettingError` if the solver is none of `SOLVERS`.
 
     Parameters
     ----------
@@ -82,16 +79,6 @@ def refine(
     near : whether the start is near an optimum, and one of many: the structured method then uses only its
         small barrier
     last : the structured method's last barrier parameter, J
-    solver : one of `SOLVERS`
-
-    Returns
-    -------
-    The refined path; the start itself if the solver didn't improve it or broke a bound
-
-    Raises
-    ------
-    SettingError
-        The solver is unknown.
     """
     if solver not in SOLVERS:
         raise SettingError(f"unknown solver {solver!r}; use {' or '.join(SOLVERS)}")

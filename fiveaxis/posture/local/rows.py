@@ -112,13 +112,10 @@ def build_rows(
     margin: float = MARGIN,
     elastic: float = 0.0,
 ) -> Rows:
-    """Convert a problem's terms to rows.
+    """Convert a problem's terms to rows; `held` is whether the first and the last posture stay as they are.
 
-    Parameters
-    ----------
-    held : whether the first and the last posture stay as they are
-    margin : by which bounds are kept; negative to accept values on them
-    elastic : J per mm, rad and cosine, of breaking the bounds of a location; 0 forbids it
+    Bounds are kept by a margin; a negative one accepts values on them. To break those of a location costs
+    `elastic`, J per mm, rad and cosine; 0 forbids it.
     """
     n, machine = len(problem), problem.machine
     count = len(machine.axes) + OTHERS
@@ -215,14 +212,8 @@ class Model(Protocol):
     def derivatives(self, x: Array, weights: Array) -> tuple[Array, Array, Array]:
         """Compute the quantities and their derivatives; those by unknowns that don't move are 0.
 
-        Parameters
-        ----------
-        weights : (n, m)
-
-        Returns
-        -------
-        The quantities; their slopes, (n, m, d); and the second derivatives of their weighted sum by the
-        unknowns of each location, (n, d, d)
+        They are the quantities; their slopes, (n, m, d); and the second derivatives of their sum, weighted by
+        (n, m), by the unknowns of each location, (n, d, d).
         """
         ...
 

@@ -116,13 +116,9 @@ class Cells(NamedTuple):
 
 
 class SearchProblem(NamedTuple):
-    """What is searched.
+    """What is searched: tapes of a location's quantities, axis values and tool axis, and the moves of `ROW`.
 
-    Parameters
-    ----------
-    first_order, second_order : tapes of a location's quantities, axis values and tool axis, with their first
-        derivatives, and with both (`LocationTapes.slopes`, `.bows`)
-    moves : (m, 2, 4), see `ROW`
+    The tapes are with first derivatives, and with both (`LocationTapes.slopes`, `.bows`).
     """
 
     first_order: tuple[IntArray, Array, int]
@@ -223,9 +219,7 @@ class Trail(NamedTuple):
 def trail_of(problem: SearchProblem, first: Array, start: Array, most: int) -> Trail:
     """Make room for a search over the `most` best states of each location.
 
-    Parameters
-    ----------
-    first, start : (s, 2) rad and (s, k), postures of the first location, and their axis values
+    The postures of the first location, (s, 2) rad, are given with their axis values, (s, k).
     """
     n, axes, size = len(problem.locations.given), len(problem.locations.low), len(first)
     room = max(most, size)

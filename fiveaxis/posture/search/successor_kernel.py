@@ -178,11 +178,8 @@ def cheapest_steps(
 
     On a long turn linear axes travel farther than from one end to the other: it is priced along its course.
     An axis without limits turns the shorter way; the postures are put on the turn that the step leads to.
-
-    Parameters
-    ----------
-    cost, came, moved : (m,) each, filled in: the cost there, infinite where every state would have to turn
-        too far; the state that the step comes from; and the axes that it moves
+    Filled in are, (m,) each, the cost there, infinite where every state would have to turn too far; the state
+    that the step comes from; and the axes that it moves.
     """
     for s in range(len(rotary)):
         cheapest_step(problem, layer, size, i, rotary, positions, space, s, cost, came, moved)
@@ -485,11 +482,8 @@ def candidates(
 ) -> int:
     """Find candidates for location i + 1 by a model of second order about every state; return their number.
 
-    Parameters
-    ----------
-    layer, size : the states of location i, and their number
-    quantities : (s, 6 (k + 3)), those of location i + 1 at the states' angles, with both derivatives
-    margin : J, by which a candidate may cost more than the cheapest
+    The quantities, (s, 6 (k + 3)), are those of location i + 1 at the angles of the layer's states, with both
+    derivatives. A candidate may cost more than the cheapest by a margin, J.
     """
     locations, prices, moves = problem.locations, problem.prices, problem.moves
     corridor, cells = problem.corridor, problem.cells
@@ -567,14 +561,8 @@ def kept(
 ) -> int:
     """Choose candidates: the path's own, the cheapest of every wide cell of both angles, then the cheapest.
 
-    Parameters
-    ----------
-    wide, used : (CELLS²,) each, the first 0, for the candidates of the cells and the cells that have any
-    keep : (most,), the candidates chosen
-
-    Returns
-    -------
-    Their number
+    Return their number; `keep`, (most,), has them. For the candidates of the cells, and the cells that have
+    any, there are `wide` and `used`, (CELLS²,) each, the first 0.
     """
     if count <= most:
         for at in range(count):
@@ -708,12 +696,8 @@ def solved(
 ) -> int:
     """Solve the candidates that were chosen exactly, and fill in the states of location i + 1; their number.
 
-    Newton's method on the chain itself; the last step is linear, and of at most `CONVERGED`.
-
-    Parameters
-    ----------
-    unsolved : the candidates chosen; afterwards it is of no use
-    space : with the targets that the candidates were found by
+    Newton's method on the chain itself; the last step is linear, and of at most `CONVERGED`. Afterwards
+    `unsolved`, the candidates chosen, is of no use. The space has the targets that they were found by.
     """
     locations, prices, corridor, cells = problem.locations, problem.prices, problem.corridor, problem.cells
     axes, size, left, moves, targets = len(locations.low), 0, len(unsolved), problem.moves, space.targets

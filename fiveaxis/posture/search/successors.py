@@ -113,12 +113,9 @@ Admits = Callable[[IntArray, Array], BoolArray]
 
 @dataclass(frozen=True, eq=False)
 class ConeLimit(StepTable):
-    """Directions about the singular one within which the first rotary axis is bounded.
+    """Directions about the singular one, to an angle in rad, within which the first rotary axis is bounded.
 
-    Parameters
-    ----------
-    angle : rad
-    turns : (n − 1,), rad, largest turn of the axis in each step there
+    Turns, (n − 1,) rad, are the largest of the axis in each step there.
     """
 
     angle: float
@@ -388,13 +385,8 @@ def path_anywhere(
 ) -> Array:
     """Search the whole range of postures, more finely where no sequence of them is found.
 
-    Parameters
-    ----------
-    problem, costs, admits, tight, cone_limit, steps : as for `cheapest_path`
-
-    Returns
-    -------
-    (m, 2), rad; m < n where no posture of location m, counted from the end where a search begins, was reached
+    Parameters are those of `cheapest_path`. The path, (m, 2) rad, has m < n where no posture of location m,
+    counted from the end where a search begins, was reached.
     """
     if resolution.backwards:
         problem, costs = problem.backwards(), costs.backwards()
@@ -593,11 +585,7 @@ def _first_states(
 def sampled(problem: Problem, row: int, step: float = SAMPLED) -> Array:
     """List admissible postures of a location, (s, 2) rad: a grid of both angles, and rings about references.
 
-    In a narrow range of the lean the grid may have none.
-
-    Parameters
-    ----------
-    step : rad, between neighbours
+    Neighbours are a step apart, rad. In a narrow range of the lean the grid may have none.
     """
     tried = [every_pair(*(spin_angles(problem, r, step) for r in range(2))).reshape(-1, 2)]
     around, about = np.arange(0.0, TURN, step)[:, None], singular_direction(problem.machine)

@@ -108,10 +108,8 @@ class Delivery:
         So do `candidates`, further paths to begin from by name, (n, 2) rad: travel doesn't tell which costs
         least.
 
-        Returns
-        -------
-        The solution; its rank (`Delivered.rank`); and what the path that was solved still breaks between its
-        locations, even if a baseline took its place
+        Return the solution; its rank (`Delivered.rank`); and what the path that was solved still breaks
+        between its locations, even if a baseline took its place.
         """
         machine, columns = solution.machine, solution.machine.rotary_columns
         best = self._quieter(self.run(solution.motion.positions[:, columns], everywhere=True))

@@ -18,12 +18,8 @@ FREE_STEP = np.radians(0.25)
 def hold(machine: Machine, angles: Mapping[str, float]) -> Machine:
     """Return the machine with one or both rotary axes fixed at angles, rad by axis letter.
 
-    They remain axes of the machine, with equal limits, so that motions keep their columns.
-
-    Raises
-    ------
-    SettingError
-        A letter that isn't a rotary axis of the machine; an angle outside its limits.
+    They remain axes of the machine, with equal limits, so that motions keep their columns. `SettingError` for
+    a letter that isn't a rotary axis of the machine, or an angle outside its limits.
     """
     for letter, angle in angles.items():
         if letter not in machine.rotaries:

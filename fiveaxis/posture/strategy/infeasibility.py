@@ -95,11 +95,10 @@ def _leaning(reference: Array, angle: Array | float, turn: Array | float) -> Arr
 
 @dataclass(frozen=True, eq=False)
 class _Tried:
-    """Postures of one location, and what each of them violates.
+    """Postures of one location, and what each of them violates of the limits and the b bounds on the lean.
 
     Parameters
     ----------
-    machine, bounds : the limits, and the b bounds on the lean
     angles : (m, b), deg, to the bounds' references
     positions : (m, k), mm and deg
     excess : (m, b + k), mm and deg, beyond each bound and each axis's limits; 0 within
@@ -214,10 +213,8 @@ def _past_limit(machine: Machine, shown: Array, column: int) -> str:
 def without_path(problem: Problem, toolpath: Toolpath, found: Array, mask: Mask | None = None) -> Infeasible:
     """Say where no sequence of postures leads on, or what the best one breaks; code ``no-posture``.
 
-    Parameters
-    ----------
-    found : (m, 2), rad, chain order: as far as a search came, or a whole path that breaks bounds
-    mask : within which it was searched; None without one
+    What was found within the mask, (m, 2) rad, chain order, is as far as a search came, or a whole path that
+    breaks bounds.
     """
     if len(found) < len(problem):
         finding = _no_step(problem, toolpath, found, mask)

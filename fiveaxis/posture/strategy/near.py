@@ -74,14 +74,9 @@ def refined(problem: Problem, start: Array, effort: Effort) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Near:
-    """Refinements and searches of problem instances.
+    """Refinements and searches of problem instances, within cone and mask where there are any.
 
-    Parameters
-    ----------
-    effort : with the solver and its last barrier
-    cone : in which the first rotary axis is bounded; None without one
-    mask : that postures have to pass; None without one
-    begun : (n, 2), rad, chain order, the path to begin with, at the given locations
+    The path to begin with, (n, 2) rad, chain order, is at the given locations.
     """
 
     effort: Effort
@@ -231,14 +226,7 @@ class Planes:
 
 @dataclass(frozen=True, eq=False)
 class Confinement:
-    """Refinement within a mask.
-
-    Parameters
-    ----------
-    problem : what to solve
-    mask : of its locations
-    solve : refines without a mask
-    """
+    """Refinement of a problem within a mask of its locations; `solve` refines without one."""
 
     problem: Problem
     mask: Mask

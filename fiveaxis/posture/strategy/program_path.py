@@ -37,10 +37,8 @@ class Instance:
 class Breach:
     """What a path breaks between its locations.
 
-    Parameters
-    ----------
-    hop : rad, smallest turn in a given move within which the tool leans out of its bounds; infinite for none
-    overrun : mm or rad, farthest beyond an axis limit
+    The hop is the smallest turn, rad, in a given move within which the tool leans out of its bounds, infinite
+    for none; the overrun, mm or rad, is the farthest beyond an axis limit.
     """
 
     hop: float

@@ -38,10 +38,8 @@ KEPT = 1e-6
 class Cone:
     """Directions of the tool axis about the singular one within which the first rotary axis is bounded.
 
-    Parameters
-    ----------
-    angle : rad, half angle
-    rate : rad/mm that the axis may turn there over the path of the pivot; 0 to hold it
+    The cone's half angle is in rad; over the path of the pivot the axis may turn there at a rate in rad/mm, 0
+    to hold it.
     """
 
     angle: float

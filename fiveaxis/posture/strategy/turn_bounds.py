@@ -72,12 +72,8 @@ def shared(most: Array, known: Array, location: Array, rows: Array, turned: Arra
     """Share the bounds of moves among their parts, so that a path which keeps them may turn as it does.
 
     What the path leaves of a bound is shared by length. Where the path turns too far, the whole bound is.
-
-    Parameters
-    ----------
-    most, known : (n − 1, 2), rad, the bounds, and how far the path turns in the moves
-    location : (n,), fractional index of their locations in the given path
-    rows, turned : (m,) and (m − 1, 2), the same of the parts
+    Bounds, and the turns `known`, are of the moves, (n − 1, 2) rad; those `turned` of the parts, (m − 1, 2).
+    Fractional indices in the given path are `location`, (n,), of the moves, and `rows`, (m,), of the parts.
     """
     move = np.searchsorted(location, rows[1:]) - 1
     share = (np.diff(rows) / np.diff(location)[move])[:, None]

@@ -28,12 +28,11 @@ from fiveaxis.posture.turns.winding import plan_turns, winding_columns
 
 @dataclass(frozen=True, eq=False)
 class Rewound:
-    """A path with its rewinds as links.
+    """A path with its rewinds as links; its axes are within their limits.
 
     Parameters
     ----------
-    toolpath : its own locations and those of the rewinds
-    rotary : (m, 2), rad, chain order, within the limits of the axes that wind
+    rotary : (m, 2), rad, chain order
     row : (m,), row of each location on the path without rewinds; 3.25 lies between locations 3 and 4
     own : (m,), whether it is a location of the path without rewinds
     rewinds : in path order
@@ -96,12 +95,8 @@ def insert_rewinds(
     A rewind takes place where the tool is clear of everything that is cut, or can back off along its own axis
     (`clear_retracts`). It interrupts a cut only if no rewind between cuts is enough. If two turns are
     possible only between two locations, as with exactly one turn, it takes place there (`with_turn_changes`);
-    the bounds on the lean hold there, too. The price of time is in J/s.
-
-    Raises
-    ------
-    Infeasible
-        The path winds further than an axis can, and no rewind is possible.
+    the bounds on the lean hold there, too. The price of time is in J/s. `Infeasible` if the path winds
+    further than an axis can, and no rewind is possible.
     """
     columns = winding_columns(machine)
     course = with_turn_changes(toolpath, machine, rotary, columns, tilt)

@@ -76,11 +76,8 @@ def with_turn_changes(
 ) -> UnwrappedPath:
     """Insert a location into every move in which an axis may change its turn, but at no location.
 
-    Parameters
-    ----------
-    rotary : (n, 2), rad, chain order, unwrapped
-    columns : of the axes that wind, among the machine's axes
-    tilt : bounds on the lean at the path's locations; between two of them its directions turn evenly
+    The angles, (n, 2) rad, are unwrapped and in chain order; columns are those of the axes that wind, among
+    the machine's axes. Between two locations the directions of the bounds on the lean turn evenly.
     """
     row, angles = np.arange(len(rotary), dtype=float), rotary
     for column in columns:
@@ -177,11 +174,8 @@ def find_stops(
 ) -> tuple[Array, tuple[float, float], Callable[[int, int], Rewind]]:
     """Work out what rewinding the axis of a column costs, with a price of time, J/s.
 
-    Returns
-    -------
-    price : (n,), J, of a stop at each location as `plan_turns` counts it; infinite where there is no room
-    turn_price : J, of one turn up and down
-    rewind : makes the record of a rewind at a location by whole turns
+    Return the price of a stop at each location as `plan_turns` counts it, (n,) J, infinite where there is no
+    room; that of one turn up and down, J; and what makes the record of a rewind at a location by whole turns.
     """
     toolpath, rotary, n = course.toolpath, course.rotary, len(course.row)
     cutting = toolpath.cutting
@@ -236,12 +230,9 @@ def find_retracts(
 ) -> tuple[Array, Array, Array]:
     """Find how far the tool backs off at locations, (m,), and whether the linear axes can.
 
-    Returns
-    -------
-    distance : (m,), mm, as of `clear_retracts`
-    ends : (2, m, linear axes), mm, before and after; where no distance was found it counts as 0
-    past : (m,), mm, how far they are beyond their limits, which hold between both ends as they do there:
-        linear axes are linear in the tip
+    Return the distance, (m,) mm, as of `clear_retracts`; the ends, (2, m, linear axes) mm, before and after,
+    with 0 for a distance that wasn't found; and by how much they are beyond their limits, (m,) mm. These hold
+    between both ends as they do there: linear axes are linear in the tip.
     """
     distance, axis = clear_retracts(course, machine, column, rows), tool_axes(machine, course.rotary)
     off = np.where(np.isfinite(distance), distance, 0.0)[:, None] * axis[rows]

@@ -58,18 +58,11 @@ def path_check(
 
 
 def rewind_solution(solution: Optimum, machine: Machine, refine: Refine, keeps: PathCheck) -> Optimum:
-    """Convert a solution on the endless machine to the machine itself.
+    """Convert a solution on the endless machine, with its problem, to the machine with its limits.
 
     The path, the path with one turn less (`fewer_turns`) and the baselines that keep all bounds are rewound;
     the cheapest, with its rewinds, is the result. Baselines are compared with their own rewinds; one that
-    can't be rewound is reported as missing.
-
-    Parameters
-    ----------
-    solution : on the machine whose axes turn without end, with its problem
-    machine : with its limits
-    refine : for the path with one turn less
-    keeps : checks what isn't part of the problem (`path_check`)
+    can't be rewound is reported as missing. `keeps` checks what isn't part of the problem (`path_check`).
 
     Raises
     ------
@@ -180,18 +173,9 @@ def fewer_turns(
 
     Small changes at its ends may save a turn: from −46° to 3486° on an axis of ±400° takes nine turns of
     rewinds, from −40° to 3480° eight. These bounds become limits of the endless axis, and the NLP finds the
-    cheapest path within them near the given one.
-
-    Parameters
-    ----------
-    problem : on the endless machine
-    machine : with its limits
-    rotary : (n, 2), rad, chain order, with its rewinds in `found`
-
-    Returns
-    -------
-    The narrowed problem and its path, (n, 2) rad, for every axis that winds in one direction only and for
-    which an admissible path was found
+    cheapest path within them near the given one, (n, 2) rad, chain order, whose rewinds are in `found`. Yield
+    the narrowed problem and its path, (n, 2) rad, for every axis that winds in one direction only and for
+    which an admissible path was found.
     """
     for column in winding_columns(machine):
         axis, which = machine.axes[column], machine.rotary_columns.index(column)

@@ -38,18 +38,11 @@ def endless(machine: Machine) -> Machine:
 def plan_turns(
     angles: Array, limits: Limits, stop: Array, up: float = 0.0, down: float = 0.0
 ) -> tuple[IntArray, IntArray] | None:
-    """Choose the turn of every location so that the rewinds cost least.
+    """Choose the turn of every location so that the rewinds of an axis with limits cost least.
 
-    Parameters
-    ----------
-    angles : (n,), rad, unwrapped, of an axis with limits
-    stop, up, down : (n,) J, of stopping at a location for a rewind, infinite where that is impossible; and J
-        of each turn
-
-    Returns
-    -------
-    before, after : (n,), whole turns to add on the moves to each location and from it; they differ where the
-        axis rewinds. None if the path can't be rewound
+    Its angles, (n,) rad, are unwrapped. To stop at a location for a rewind costs (n,) J, infinite where that
+    is impossible, and each turn costs `up` or `down`, J. Return the whole turns to add on the moves to each
+    location and from it, (n,) each, which differ where the axis rewinds; None if the path can't be rewound.
     """
     # Towards an open end no path needs more turns than it makes.
     room = np.ceil(np.ptp(angles) / TURN) + 1.0
