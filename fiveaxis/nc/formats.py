@@ -269,10 +269,7 @@ def remark_on(toolpath: Toolpath) -> tuple[Finding, ...]:
     """Return the note ``no-simultaneous-path`` if the tool axis never changes within a cut.
 
     Such a path is a 3-axis path if the tool axis has one direction, and a 3+2 path if it has several.
-
-    Parameters
-    ----------
-    toolpath : as read; without tool axes or cuts there is no finding
+    Without tool axes or cuts there is no finding.
     """
     if not toolpath.has_axes or not toolpath.cutting.any():
         return ()

@@ -69,17 +69,9 @@ def _lines(columns: list[Array | IntArray]) -> Iterator[str]:
 
 
 def read_motion_path(source: Source, options: ReadOptions) -> Toolpath:
-    """Read the table of a motion as the path of the tool's tip.
+    """Read the table of a motion as the path of the tool's tip; the options have machine and tool.
 
-    Parameters
-    ----------
-    source : the file
-    options : the machine of the motion, and the tool
-
-    Raises
-    ------
-    ToolpathError
-        As `read_motion`; no machine.
+    `ToolpathError` as `read_motion`, or without a machine.
     """
     if options.machine is None:
         raise source.error(
@@ -99,18 +91,10 @@ def read_motion_path(source: Source, options: ReadOptions) -> Toolpath:
 def read_motion(source: Source, machine: Machine, *, source_is_table: bool = False) -> Motion:
     """Read a motion that `write_motion` wrote.
 
-    Without a column ``kind`` all rows are cuts: the safe assumption for checks.
-
-    Parameters
-    ----------
-    source : the table
-    source_is_table : whether `Motion.source` has lines of the table, or its column ``source``, lines of the
-        file that the motion was made from
-
-    Raises
-    ------
-    ToolpathError
-        With file and line: the header isn't this machine's, a row isn't numbers, a feed isn't above 0.
+    Without a column ``kind`` all rows are cuts: the safe assumption for checks. `Motion.source` has lines of
+    the table if `source_is_table`, else those of its column ``source``: of the file that the motion was made
+    from. `ToolpathError`, with file and line, if the header isn't this machine's, a row isn't numbers, or a
+    feed isn't above 0.
     """
     _require_header(source, machine)
     header, values, lines = read_table(source)

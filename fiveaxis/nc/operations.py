@@ -62,15 +62,8 @@ class Unread:
 def read_around(source: Source, read: Callable[[Source], T]) -> tuple[T, tuple[Unread, ...]]:
     """Read a program, leaving out what can't be read from one tool change to the next.
 
-    Parameters
-    ----------
-    source : the program
-    read : reads one, or raises `ToolpathError` with the line that can't be read
-
-    Raises
-    ------
-    ToolpathError
-        Nothing would be left, or the fault has no line.
+    `read` reads one, or raises `ToolpathError` with the line that can't be read. That error is raised here
+    if nothing would be left, or if it has no line.
     """
     unread: list[Unread] = []
     while True:
@@ -193,12 +186,8 @@ class Work:
     def take(self, number: int | None) -> tuple[Operation, slice]:
         """Return the operation of a number, or the only one, with its moves.
 
-        Raises
-        ------
-        SeveralOperations
-            No number, with what they are.
-        ToolpathError
-            A number that there is none of.
+        `SeveralOperations`, with what they are, for no number; `ToolpathError` for one that there is none
+        of.
         """
         found = self.operations()
         if number is None and len(found) > 1:
@@ -231,8 +220,6 @@ def kind_of_work(axis: Array, cutting: BoolArray) -> OperationKind:
 def rows_of(changes: Sequence[tuple[int, object]], at: IntArray) -> IntArray:
     """Return which change, counted from 1, is in force at rows or lines, (n,); 0 before the first.
 
-    Parameters
-    ----------
-    changes : row or line from which it holds, in order, with what holds
+    Changes are rows or lines from which something holds, in order, with what holds.
     """
     return np.searchsorted([begin for begin, _ in changes], at, side="right")

@@ -82,10 +82,7 @@ def require_positive_feeds(feeds: Array, lines: IntArray, source: Source) -> Non
 def unit_axes(vectors: Array, lines: IntArray, source: Source) -> Array:
     """Normalise tool vectors, (n, 3) from tip to shank, that are rounded unit vectors.
 
-    Raises
-    ------
-    ToolpathError
-        A component that isn't finite; a length more than `UNIT_TOLERANCE` away from 1.
+    `ToolpathError` for a component that isn't finite, or a length more than `UNIT_TOLERANCE` away from 1.
     """
     require_finite(vectors, ["i", "j", "k"], lines, source)
     with np.errstate(over="ignore"):

@@ -54,15 +54,8 @@ HEADERS = f"x,y,z,nx,ny,nz{MORE} (contact and normal) or x,y,z,i,j,k{MORE} (tip 
 def read_points(source: Source, options: ReadOptions) -> Toolpath:
     """Read a toolpath from separated points.
 
-    Parameters
-    ----------
-    source : the file
-    options : the tool; one feed for all rows, in place of the file's column; the unit of x, y, z
-
-    Raises
-    ------
-    ToolpathError
-        With file and line: anything but a complete table of finite numbers and directions.
+    The options have the tool, one feed for all rows, in place of the file's column, and the unit of x, y, z.
+    `ToolpathError`, with file and line, for anything but a complete table of finite numbers and directions.
     """
     line = first_line(source) if options.columns is None else None
     if line is not None and all(map(is_number, fields_of(source.lines[line - 1]))):
@@ -110,22 +103,11 @@ def _switch(name: str, values: Array, lines: IntArray, source: Source) -> BoolAr
 
 
 def read_table(source: Source, columns: Sequence[str] | None = None) -> tuple[list[str], Array, IntArray]:
-    """Read a header and the numbers under it.
+    """Read a header, or take the names of columns that a list without one is given, and the numbers under it.
 
-    Parameters
-    ----------
-    columns : names, of a list without header
-
-    Returns
-    -------
-    header : names of the m columns, in lower case
-    values : (n, m), n > 0; NaN and infinity are accepted
-    lines : (n,), line of each row
-
-    Raises
-    ------
-    ToolpathError
-        An empty file, no rows, a row with another number of fields, a field that isn't a number.
+    Returned are the names of the m columns, in lower case; values, (n, m), n > 0, NaN and infinity accepted;
+    and the line of each row, (n,). `ToolpathError` for an empty file, no rows, a row with another number of
+    fields, or a field that isn't a number.
     """
     filled = list(filled_lines(source))
     if not filled:

@@ -181,20 +181,11 @@ def with_feeds_of(motion: Motion, path: Toolpath, machine: Machine, *, by_tip: b
 
 
 def find_rewinds(path: Toolpath, machine: Machine, positions: Array) -> BoolArray:
-    """Find the feed moves of rewinds, which cut nothing.
+    """Find the feed moves of rewinds, which cut nothing: the rows, (n,), that belong to one.
 
     The tool retracts along its axis, rotary axes turn, and it returns along its axis to the same point and
-    direction. A program doesn't say that these moves aren't cuts.
-
-    Parameters
-    ----------
-    path : of the tip, with the tool axis at every row
-    machine : whose axes they are
-    positions : (n, k), mm and rad
-
-    Returns
-    -------
-    (n,), rows that belong to a rewind
+    direction. A program doesn't say that these moves aren't cuts. The path is that of the tip, with the tool
+    axis at every row; positions are (n, k), mm and rad.
     """
     tip, axis = path.tips(path.axis), path.axis
     steps = np.diff(tip, axis=0, prepend=tip[:1])

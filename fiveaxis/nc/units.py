@@ -52,10 +52,7 @@ class Units:
     def state(self, minors: list[str], line: int) -> None:
         """Process the file's statement of its unit; of several before the first number the last one holds.
 
-        Raises
-        ------
-        ToolpathError
-            An unknown unit; another one than that of numbers already read.
+        `ToolpathError` for an unknown unit, or another one than that of numbers already read.
         """
         unit = UNIT_WORDS.get(minors[0]) if len(minors) == 1 else None
         if unit is None:
@@ -79,10 +76,8 @@ class Units:
     def settle(self) -> LengthUnit:
         """Return the unit of all positions.
 
-        Raises
-        ------
-        ToolpathError
-            Neither the file nor the caller states it, and a feed in inches makes mm uncertain.
+        `ToolpathError` if neither the file nor the caller states it, and a feed in inches makes mm
+        uncertain.
         """
         if self.stated is None and self.given is None and self.inch_feed_line is not None:
             raise self.source.error(
@@ -95,12 +90,8 @@ class Units:
     def judge(self, size: Size, machine: Machine | None) -> tuple[LengthUnit, list[Finding]]:
         """Return the unit that the file is in, and findings: it isn't the file's, or doesn't fit the sizes.
 
-        Where no unit is stated, it is inch if the sizes fit that and don't fit mm.
-
-        Parameters
-        ----------
-        size : of what was read, in the unit in force
-        machine : of the file, None if unknown
+        Where no unit is stated, it is inch if the sizes fit that and don't fit mm. Sizes are those of what
+        was read, in the unit in force; the machine is None if unknown.
         """
         other, why = _other(self.now), " and ".join(size.faults(self.now, machine))
         figures = self._figures(size)
@@ -128,9 +119,7 @@ class Units:
     def assumed(self, size: Size, severity: Severity, how: str) -> Finding:
         """Return the finding on a unit that isn't stated, with the sizes in both units.
 
-        Parameters
-        ----------
-        how : where the unit could stand
+        `how` says where the unit could stand.
         """
         text = (
             f"the file doesn't state its unit{how}; {self.now} is assumed, set unit={_other(self.now)} if it "

@@ -58,16 +58,9 @@ class StatedArc:
 
 
 def read_circle(statement: Statement, scale: float) -> StatedArc:
-    """Read ``CIRCLE`` or ``MOVARC``.
+    """Read ``CIRCLE`` or ``MOVARC``; the scale is mm in the unit of the file.
 
-    Parameters
-    ----------
-    scale : mm in the unit of the file
-
-    Raises
-    ------
-    ToolpathError
-        Too few numbers, an unknown word, an axis that isn't a unit vector.
+    `ToolpathError` for too few numbers, an unknown word, or an axis that isn't a unit vector.
     """
     numbers, words = numbers_and_words(statement.minors)
     if "TIMES" in words:
@@ -108,20 +101,10 @@ def _unit(vector: Array, statement: Statement) -> Array:
 
 
 def arc_points(stated: StatedArc, begin: Array, end: Array) -> Array:
-    """Sample an arc, or a helix where its ends have different heights.
+    """Sample an arc, or a helix where its ends, (3,) mm, have different heights.
 
-    Parameters
-    ----------
-    begin, end : (3,), mm
-
-    Returns
-    -------
-    (n, 3), mm, chords within `PATH_TOLERANCE`; from after `begin` to `end`
-
-    Raises
-    ------
-    ToolpathError
-        No radius, or a radius or angle that doesn't fit both ends.
+    The points, (n, 3) mm, are from after `begin` to `end`, with chords within `PATH_TOLERANCE`.
+    `ToolpathError` for no radius, or for a radius or angle that doesn't fit both ends.
     """
     arm = begin - stated.centre
     height = float(product(arm, stated.axis))
@@ -178,9 +161,7 @@ def sweep_to(stated: StatedArc, begin: Array, end: Array) -> float | None:
 def agreement(stated: StatedArc, before: Array, begin: Array) -> float:
     """Compute the cosine between the move to an arc and the arc's direction at its start.
 
-    Parameters
-    ----------
-    before, begin : (3,), mm, the last two locations
+    The move is from `before` to `begin`, the last two locations, (3,) mm.
     """
     move, ahead = begin - before, _cross(stated.axis, begin - stated.centre)
     size = math.hypot(*move) * math.hypot(*ahead)
@@ -217,22 +198,11 @@ def _with_turns(stated: StatedArc, arc: Arc) -> Arc:
 def read_tlon(
     statement: Statement, direction: Array | None, begin: Array, scale: float
 ) -> tuple[StatedArc, Array]:
-    """Read ``TLON,GOFWD/…``.
+    """Read ``TLON,GOFWD/…``: the arc and its end, (3,) mm.
 
-    Parameters
-    ----------
-    direction : (3,), of ``INDIRV``, None if there was none
-    begin : (3,), mm
-    scale : mm in the unit of the file
-
-    Returns
-    -------
-    the arc and its end, (3,) mm
-
-    Raises
-    ------
-    ToolpathError
-        An unknown form; no direction; a line that doesn't meet the circle.
+    The direction is that of ``INDIRV``, (3,), None if there was none; `begin` is (3,) mm, the scale mm in
+    the unit of the file. `ToolpathError` for an unknown form, no direction, or a line that doesn't meet the
+    circle.
     """
     text = statement.minor.upper()
     circle, cylinder = _TLON_CIRCLE.search(text), _CYLINDER.search(text)

@@ -143,9 +143,7 @@ def _take_bare(cycle: Cycle, bare: list[float]) -> None:
 def hole_points(cycle: Cycle, point: list[float], vector: list[float]) -> list[tuple[list[float], MoveKind]]:
     """Return the ends of approach, feed to the depth and retract of a hole, along the tool axis.
 
-    Parameters
-    ----------
-    point, vector : of the hole's ``GOTO``, unit of the file, and the tool vector
+    Point and tool vector are those of the hole's ``GOTO``, the point in the unit of the file.
     """
     length = math.hypot(*vector)
     # A zero vector is kept: the reader checks all vectors together.

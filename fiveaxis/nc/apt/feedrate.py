@@ -49,11 +49,8 @@ class Feeds:
     def state(self, minors: list[str], line: int) -> None:
         """Process ``FEDRAT``; feeds in inches are noted in the units.
 
-        Raises
-        ------
-        ToolpathError
-            No number or several, an unknown word, a feed per revolution at an unknown speed, a feed that
-            isn't above 0.
+        `ToolpathError` for no number or several, an unknown word, a feed per revolution at an unknown speed,
+        or a feed that isn't above 0.
         """
         feed = self.convert(minors, line)
         if feed is not None:
@@ -61,13 +58,7 @@ class Feeds:
             self.first = self.first or feed
 
     def convert(self, minors: list[str], line: int) -> float | None:
-        """Convert a number and its unit to a feed in mm/min; None with an override.
-
-        Raises
-        ------
-        ToolpathError
-            As `state`.
-        """
+        """Convert a number and its unit to a feed, mm/min, None with an override; errors as in `state`."""
         units, (number, unit, per_turn) = self.units, self._read(minors, line)
         if units.overridden is not None and unit == units.overridden[0]:
             unit = None  # it repeats the file's unit, in place of which the caller gives another
@@ -101,9 +92,7 @@ class Feeds:
     def fill(self, feeds: Array) -> Array:
         """Return a feed for every location, (n,) mm/min: before the first ``FEDRAT`` the feed of that one.
 
-        Parameters
-        ----------
-        feeds : (n,), in force at each location, NaN if none
+        The given feeds, (n,), are in force at each location, NaN if none.
         """
         if self.override is not None:
             return np.full(len(feeds), self.override)

@@ -51,10 +51,7 @@ class Frames:
     def state(self, statement: Statement, rows: int) -> None:
         """Process a frame after `rows` locations.
 
-        Raises
-        ------
-        ToolpathError
-            It differs from the previous one, and one of them has an unknown form.
+        `ToolpathError` if it differs from the previous one, and one of them has an unknown form.
         """
         word = statement.word
         now = (statement, _transform(statement))
@@ -100,9 +97,7 @@ class Frames:
     def apply(self, positions: Array, vectors: Array) -> None:
         """Map locations after a change into the first frame, in place.
 
-        Parameters
-        ----------
-        positions, vectors : (n, 3), in the unit of the file; tool vectors
+        Positions, in the unit of the file, and tool vectors are (n, 3).
         """
         begins = [row for row, _ in self.changes]
         for (row, transform), end in zip(self.changes, [*begins[1:], len(positions)], strict=False):

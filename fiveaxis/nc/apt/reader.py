@@ -33,23 +33,14 @@ from fiveaxis.nc.units import Size, Units
 
 
 def read_apt(source: Source, options: ReadOptions) -> Toolpath:
-    """Read a toolpath from APT statements.
+    """Read a toolpath from APT statements, with the options' tool, feed and unit.
 
     A location before the first ``FEDRAT`` has the feed of that one, a rapid move the feed in force; without
     any feed in the file it is 1000 mm/min. Assumptions are among the path's findings.
 
-    Parameters
-    ----------
-    source : the file
-    options : tool, feed and unit
-
-    Raises
-    ------
-    ToolpathError
-        With file and line: no ``GOTO``, an invalid statement, an unsupported one that may move the tool,
-        mixed units, arcs that don't fit.
-    ToolError
-        Neither the caller nor the file specifies a supported tool.
+    `ToolpathError`, with file and line, for no ``GOTO``, an invalid statement, an unsupported one that may
+    move the tool, mixed units, or arcs that don't fit; `ToolError` if neither the caller nor the file
+    specifies a supported tool.
     """
     units = Units(source, options.unit)
     reader = _Reader(source, units, Feeds(units, options.feed_mm_min))

@@ -58,13 +58,7 @@ class Statement:
         return self.source.finding(severity, code, text, self.line)
 
     def numbers(self) -> list[float]:
-        """Read all parts as numbers.
-
-        Raises
-        ------
-        ToolpathError
-            A part isn't a number.
-        """
+        """Read all parts as numbers; `ToolpathError` if one isn't a number."""
         try:
             return [parse_number(f) for f in self.minor.split(",")]
         except ValueError:
@@ -89,13 +83,7 @@ def numbers_and_words(minors: list[str]) -> tuple[list[float], list[str]]:
 
 
 def statements(source: Source) -> Iterator[Statement]:
-    """Split a file into statements.
-
-    Raises
-    ------
-    ToolpathError
-        The file ends inside a statement.
-    """
+    """Split a file into statements; `ToolpathError` if it ends inside one."""
     begun: list[str] = []
     first = 0
     for number, line in enumerate(source.lines, start=1):

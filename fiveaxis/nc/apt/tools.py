@@ -111,14 +111,8 @@ class Tools:
     def settle(self, options: ReadOptions, scale: float) -> tuple[Tool, list[Finding]]:
         """Return the path's tool, the caller's or else the file's, and findings.
 
-        Parameters
-        ----------
-        scale : mm in the unit of the file
-
-        Raises
-        ------
-        ToolError
-            Neither specifies one, or the file's isn't supported.
+        The scale is mm in the unit of the file. `ToolError` if neither specifies a tool, or the file's isn't
+        supported.
         """
         findings: list[Finding] = []
         stated: Tool | None = None
@@ -215,7 +209,9 @@ def cutter_from_apt(
     beta: float = 0.0,
     height: float | None = None,
 ) -> Tool:
-    """Create the tool of a ``CUTTER/d,r,e,f,α,β,h`` statement.
+    """Create the tool of a ``CUTTER/d,r,e,f,α,β,h`` statement (ISO 4343:2000, CUTTER).
+
+    `ToolError` for contradictory figures, or an unsupported shape.
 
     Parameters
     ----------
@@ -226,15 +222,6 @@ def cutter_from_apt(
     alpha : **degrees**, from the bottom to the horizontal
     beta : **degrees**, from the side to the axis
     height : mm, of the cutter; 0 counts as not given
-
-    Raises
-    ------
-    ToolError
-        Contradictory figures, or an unsupported shape.
-
-    References
-    ----------
-    ISO 4343:2000, CUTTER.
     """
     text = f"CUTTER/{d:g},{r:g},{_figure_text(e)},{_figure_text(f)},{alpha:g},{beta:g},{_figure_text(height)}"
     shapes.require_positive(text, d=d)

@@ -60,17 +60,9 @@ class Arc:
 
 
 def arc_about(start: Pair, end: Pair, centre: Pair, *, clockwise: bool, bounds: ArcBounds = USUAL) -> Arc:
-    """Return the arc about a centre; a full circle if start and end are equal.
+    """Return the arc about a centre, mm in the plane; a full circle if start and end are equal.
 
-    Parameters
-    ----------
-    start, end, centre : mm, in the plane
-    bounds : of the control
-
-    Raises
-    ------
-    ValueError
-        No radius, or radii at start and end that differ by more than the control allows.
+    `ValueError` for no radius, or radii at start and end that differ by more than the control allows.
     """
     first, last = math.dist(start, centre), math.dist(end, centre)
     if first < SAME_POINT:
@@ -96,18 +88,9 @@ def arc_about(start: Pair, end: Pair, centre: Pair, *, clockwise: bool, bounds: 
 def arc_of_radius(
     start: Pair, end: Pair, radius: float, *, clockwise: bool, bounds: ArcBounds = USUAL
 ) -> Arc:
-    """Return the arc of a radius: below half a turn, or above if the radius is negative.
+    """Return the arc of a radius, mm: below half a turn, or above if the radius is negative.
 
-    Parameters
-    ----------
-    start, end : mm, in the plane
-    radius : mm
-    bounds : of the control
-
-    Raises
-    ------
-    ValueError
-        Start and end are equal, or further apart than the diameter.
+    Start and end are mm in the plane; `ValueError` if they are equal, or further apart than the diameter.
     """
     chord = math.dist(start, end)
     if chord < SAME_POINT:

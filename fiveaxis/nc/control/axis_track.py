@@ -300,14 +300,9 @@ class Travel:
 
 
 def travel_of(columns: Columns, scale: float) -> Travel:
-    """Compute the moves of a program, with times and feeds as stated.
+    """Compute the moves of a program, with times and feeds as stated; F counts as `fed_lengths` does.
 
-    F counts as `fed_lengths` does.
-
-    Parameters
-    ----------
-    columns : the rows
-    scale : mm of a linear feed of 1, `Modes.feed_scale`
+    The scale is mm of a linear feed of 1, `Modes.feed_scale`.
     """
     is_linear = np.array([not a.is_rotary for a in columns.machine.axes])
     # With tool directions, the angles are NaN.
@@ -324,23 +319,15 @@ def travel_of(columns: Columns, scale: float) -> Travel:
 def fed_lengths(steps: Array, counted: Array, is_linear: BoolArray) -> tuple[Array, BoolArray]:
     """Measure what F per minute counts of each move, `L = √Σ(w Δ)²`, which lasts for `L / F`.
 
-    Where only rotary axes turn, a degree of F is one of the axis, unless a radius is stated for it. A linear
-    distance of at most `STANDSTILL` beside a rotation is rounding.
+    L is (n,), mm or deg, with whether it is in mm, (n,). Where only rotary axes turn, a degree of F is one
+    of the axis, unless a radius is stated for it. A linear distance of at most `STANDSTILL` beside a
+    rotation is rounding. `MixedFeed` has the sources of each control.
 
     Parameters
     ----------
     steps : (n, k), mm and deg
     counted : (n, k) or (k,), w, mm that F counts of a mm or degree of each axis; NaN counts as 0
     is_linear : (k,)
-
-    Returns
-    -------
-    length : (n,), mm or deg
-    along : (n,), whether it is in mm
-
-    References
-    ----------
-    `MixedFeed` has the sources of each control.
     """
     weights = np.nan_to_num(np.broadcast_to(counted, steps.shape))
     whole, distance = (np.linalg.norm(part, axis=1) for part in (weights * steps, steps[:, is_linear]))
@@ -351,18 +338,11 @@ def fed_lengths(steps: Array, counted: Array, is_linear: BoolArray) -> tuple[Arr
 
 
 def motion_times(columns: Columns, scale: float, rapid: float | None) -> tuple[Array, Array]:
-    """Compute duration and feed of each move of a motion, including rapid moves.
+    """Compute duration, (n,) s, and feed, (n,) mm/s or deg/s, of each move of a motion, rapid ones included.
 
-    Parameters
-    ----------
-    columns, scale : as for `travel_of`
-    rapid : mm/s or deg/s, in rapid moves of axes without `max_speed`; by default that of `RAPID`
-
-    Returns
-    -------
-    time : (n,), s
-    feed : (n,), mm/s or deg/s; in rapid moves `rapid` if given, else distance over time; in rows without a
-        move the feed of the row before
+    Columns and scale are as for `travel_of`. In rapid moves, axes without `max_speed` go at `rapid`, mm/s or
+    deg/s, by default at `RAPID`; the feed there is `rapid` if given, else distance over time. Rows without a
+    move have the feed of the row before.
     """
     travel = travel_of(columns, scale)
     quick = (columns.kinds == MoveKind.RAPID) & np.isnan(columns.times)

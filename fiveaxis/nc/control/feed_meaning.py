@@ -70,9 +70,7 @@ class FeedMeaning:
     def take(self, word: str, scale: float) -> bool:
         """Apply a word that sets what F counts; return whether it makes it unknown.
 
-        Parameters
-        ----------
-        scale : mm of a length of 1
+        The scale is mm of a length of 1.
         """
         if found := _GROUP.fullmatch(word):
             self.group = found[1].replace(",", "") or None
@@ -99,9 +97,7 @@ class FeedMeaning:
     def findings(self, columns: Columns, scale: float, unit: str, source: Source) -> list[Finding]:
         """Report moves of which nobody says what F counts, with their time by both readings.
 
-        Parameters
-        ----------
-        columns, scale : as for `travel_of`
+        Columns and scale are as for `travel_of`.
         """
         nobody = np.isnan(columns.counted)
         if not nobody.any():

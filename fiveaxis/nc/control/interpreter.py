@@ -61,10 +61,7 @@ class Interpreter(RunMoves):
     def run(self, blocks: Iterable[Block | Run]) -> int | None:
         """Run blocks up to the end of the program; return the line of the block that ends it.
 
-        Raises
-        ------
-        ToolpathError
-            With file and line: an unsupported or misplaced word, an undetermined move.
+        `ToolpathError`, with file and line, for an unsupported or misplaced word, or an undetermined move.
         """
         try:
             for block in self._outside_runs(blocks):
@@ -187,11 +184,8 @@ class Interpreter(RunMoves):
     def _with_table(self, block: Block) -> Block:
         """Return a block of G254 with its frame: X, Y, Z along the machine's axes, the zero on the table.
 
-        The zero stays on the workpiece while the table is turned; rotary axes must not turn meanwhile.
-
-        References
-        ----------
-        Haas, Mill Operator's Manual, G254 Dynamic Work Offset (DWO).
+        The zero stays on the workpiece while the table is turned; rotary axes must not turn meanwhile (Haas,
+        Mill Operator's Manual, G254 Dynamic Work Offset, DWO).
         """
         at, track, [word] = self.coordinates, self.track, [*TABLE_ZERO_WORDS.intersection(block.g), ""][:1]
         if not word:

@@ -146,9 +146,7 @@ class InterpreterState:
     def keep_own(self, steps: tuple[float, float], others: Sequence[Operation]) -> None:
         """Keep what was found in the steps of one operation, from the first up to the last, and only there.
 
-        Parameters
-        ----------
-        others : operations; findings of no step on their lines are theirs
+        Findings of no step on the lines of other operations are theirs.
         """
         low, high = steps
         found, self.findings = self.findings, []

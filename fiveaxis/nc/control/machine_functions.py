@@ -88,13 +88,7 @@ class MachineFunctions:
     unknown: dict[str, tuple[int, int, int]] = field(default_factory=dict)
 
     def take(self, block: Block) -> None:
-        """Look at the M words of a block.
-
-        Raises
-        ------
-        BlockError
-            A word that could change what positions mean.
-        """
+        """Look at the M words of a block; `BlockError` for one that could change what positions mean."""
         for word in (*block.m, *block.ignored):
             if word in HARMLESS[self.language.name] or word in self.accepted or not _M.fullmatch(word):
                 continue
@@ -112,10 +106,7 @@ class MachineFunctions:
     def settle(self, source: Source, track: AxisTrack) -> list[Finding]:
         """Return the finding on unknown words.
 
-        Raises
-        ------
-        ToolpathError
-            One of them could have switched TCP: positions after it depend on that.
+        `ToolpathError` if one of them could have switched TCP: positions after it depend on that.
         """
         if not self.unknown:
             return []

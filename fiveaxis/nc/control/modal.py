@@ -181,10 +181,8 @@ class Modes:
     def take(self, block: Block) -> None:
         """Apply the modal words of a block.
 
-        Raises
-        ------
-        BlockError, ToolpathError
-            An unsupported or unknown word, two of a group, mixed units, F not above 0.
+        `BlockError` or `ToolpathError` for an unsupported or unknown word, two of a group, mixed units, or F
+        not above 0.
         """
         if block.g or block.m:
             self._require_read(block)
@@ -208,8 +206,6 @@ class Modes:
     def _count_length(self, block: Block, *, changed: bool) -> None:
         """Follow whether the control adds the tool's length; `changed`, whether the block changes the tool.
 
-        References
-        ----------
         G43, G49: RS274/NGC 3.5.10, B-64484EN 14.1. D: 6FC5398-1BP10-2BA0, where D0 adds none, and a tool
         change sets D1 (MD20270). TOOL CALL: TNC 640, where every tool has its length.
         """
@@ -225,16 +221,8 @@ class Modes:
         """Return the duration, s, or else the feed of a feed move, in units of `feed_step` or degrees per s.
 
         Per minute or revolution, F is along the linear axes, and in degrees if only rotary axes turn,
-        whatever the length unit.
-
-        Raises
-        ------
-        BlockError
-            A feed move without F, G95 without S.
-
-        References
-        ----------
-        Kramer, Proctor, Messina: The NIST RS274/NGC Interpreter, Version 3 (2000), 2.1.2.5.
+        whatever the length unit (Kramer, Proctor, Messina: The NIST RS274/NGC Interpreter, Version 3, 2000,
+        2.1.2.5). `BlockError` for a feed move without F, or G95 without S.
         """
         if self.feed_mode != "G93":
             return None, self._feed_now() / 60.0
@@ -312,11 +300,7 @@ class Modes:
 def unknown_word(machine: Machine, letter: str, block: Block, *, stand_in: bool) -> BlockError:
     """Return the error for a letter that is no axis and belongs to nothing in its block.
 
-    Parameters
-    ----------
-    machine : the machine of the axis words
-    letter, block : the word and its block
-    stand_in : whether the machine is a placeholder because none was given
+    With `stand_in` the machine is a placeholder, because none was given.
     """
     if letter in "ABC" and stand_in:
         fact = "is a rotary axis, and no machine is given; give the one of the program (--machine)"
@@ -348,18 +332,15 @@ def unknown_word(machine: Machine, letter: str, block: Block, *, stand_in: bool)
 class DrillingCycle:
     """A series of cycles at successive positions, until G80 or a straight or circular move.
 
-    R and Z stay in force throughout, even if the cycle word changes (LinuxCNC requires them again then, Fanuc
-    doesn't), and G98 returns to the level before the first cycle.
+    R and Z stay in force throughout, even if the cycle word changes (LinuxCNC requires them again then,
+    Fanuc doesn't), and G98 returns to the level before the first cycle (Kramer, Proctor, Messina: The NIST
+    RS274/NGC Interpreter, Version 3, 2000, 3.5.16 and 3.5.20).
 
     Parameters
     ----------
     word : key of `CYCLES`
     initial : mm, level before the first cycle; None if unknown
     level, depth : mm, R and Z
-
-    References
-    ----------
-    Kramer, Proctor, Messina: The NIST RS274/NGC Interpreter, Version 3 (2000), 3.5.16 and 3.5.20.
     """
 
     word: str
@@ -370,10 +351,7 @@ class DrillingCycle:
     def take(self, block: Block, scale: float, *, incremental: bool) -> None:
         """Read the levels of a block; under G91, R is relative to the initial level, and Z to R.
 
-        Raises
-        ------
-        BlockError
-            Repetitions; an increment from an unknown level.
+        `BlockError` for repetitions, or an increment from an unknown level.
         """
         for letter in "KL":
             if block.words.get(letter, 1.0) != 1.0:
@@ -389,11 +367,7 @@ class DrillingCycle:
     def levels(self, now: float | None, *, to_initial: bool, rules: Cycles) -> list[tuple[float, bool]]:
         """Return the levels of Z, mm, and whether each is reached at feed; the first move positions X and Y.
 
-        Parameters
-        ----------
-        now : Z, mm; None if unknown
-        to_initial : G98, not G99
-        rules : of the control
+        Z is at `now`, mm, None if unknown; `to_initial` is G98, not G99.
         """
         if self.level is None or self.depth is None:
             raise BlockError(f"{self.word} needs depth Z and level R; write both")

@@ -329,23 +329,10 @@ class Moves(InterpreterState):
 def round_points(
     modes: Modes, block: Block, begin: list[float], end: Point, scale: float
 ) -> tuple[Array, float]:
-    """Compute the ends of chords within `PATH_TOLERANCE` of an arc.
+    """Compute the ends of chords within `PATH_TOLERANCE` of an arc, (n, 3) mm, and its length, mm.
 
-    Parameters
-    ----------
-    modes, block : the modal state and the arc
-    begin, end : X, Y, Z in program coordinates, mm
-    scale : mm per program unit
-
-    Returns
-    -------
-    points : (n, 3), mm; the last one is the end
-    length : mm, along the arc or helix
-
-    Raises
-    ------
-    BlockError
-        The arc is undetermined or ambiguous.
+    The last point is the end; the length is along the arc or helix. Begin and end are X, Y, Z in program
+    coordinates, mm, the scale mm per program unit. `BlockError` if the arc is undetermined or ambiguous.
     """
     letters = PLANES[modes.plane]
     columns = ["XYZ".index(c) for c in letters]

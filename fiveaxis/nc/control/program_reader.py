@@ -173,11 +173,9 @@ def read_program(path: str | Path, machine: Machine, reading: Reading) -> ReadMo
 def motion_of_run(
     interpreter: Interpreter, operation: Operation, columns: Columns, options: ReadOptions
 ) -> ReadMotion:
-    """Make the motion of a program that has run; rapid moves of unknown speed last as long as at `RAPID`.
+    """Make the motion of a program that has run, with operation and columns of `take_operation`.
 
-    Parameters
-    ----------
-    operation, columns : of `take_operation`
+    Rapid moves of unknown speed last as long as at `RAPID`.
     """
     rapid = None if options.rapid is None else options.rapid / 60.0
     track, source = interpreter.track, interpreter.source
@@ -309,24 +307,11 @@ class _Divided:
 
 
 def axes_of_tips(columns: Columns, scale: float, source: Source) -> Columns:
-    """Replace rows of the tip by rows of the axes.
+    """Replace rows of the tip by rows of the axes, with times and feeds of cuts in s and mm/s (deg/s).
 
-    Parameters
-    ----------
-    columns : rows of axes, and of the tip by angles
-    scale : mm of a linear feed of 1, `Modes.feed_scale`
-    source : the program, for errors
-
-    Returns
-    -------
-    Rows of axes, with times and feeds of cuts in s and mm/s (deg/s); moves of the tip are divided into parts
-    of equal time that keep it within `PATH_TOLERANCE` of its line
-
-    Raises
-    ------
-    ToolpathError
-        With file and line: a posture in which the linear axes can't
-        reach the tip.
+    Moves of the tip are divided into parts of equal time that keep it within `PATH_TOLERANCE` of its line.
+    The scale is mm of a linear feed of 1, `Modes.feed_scale`. `ToolpathError`, with file and line, for a
+    posture in which the linear axes can't reach the tip.
     """
     machine, of_tip = columns.machine, columns.of_tip
     rows = _solve(columns, columns.positions(), np.arange(len(of_tip)), source)

@@ -121,11 +121,8 @@ class ControlRules:
     def whole_words(self, source: Source, step: float) -> Iterator[Finding]:
         """Report the first axis word, and F, without a decimal point, where a setting may make it increments.
 
-        Where the control isn't known, a program without any points is judged by its size alone.
-
-        Parameters
-        ----------
-        step : mm or inch, of the increment
+        Where the control isn't known, a program without any points is judged by its size alone. The step is
+        that of the increment, mm or inch.
         """
         for key in ("whole_words", "whole_feed"):
             open_ = [name for name, rules in self.known if getattr(rules, key) == "unknown"]
@@ -144,10 +141,8 @@ class ControlRules:
     def findings(self, source: Source, columns: Columns | None, end: int, word: str) -> Iterator[Finding]:
         """Report lines that controls refuse or read differently, and a program that isn't ended as one is.
 
-        Parameters
-        ----------
-        columns : the rows; None without any
-        end, word : line and word of the block that ends the program; 0 and empty without one
+        Columns are None without any row; line and word of the block that ends the program are 0 and empty
+        without one.
         """
 
         def told(code: str, message: str, line: int, *, harms: bool = True) -> Finding:
@@ -261,9 +256,8 @@ def first_whole_word(source: Source, *, feed: bool = False) -> tuple[int, str] |
 def with_points(source: Source, increment: float) -> Source:
     """Return a program with the points that its axis words lack.
 
-    Parameters
-    ----------
-    increment : what 1 means, in the program's unit and in deg; angles have `LEAST_ANGLE` for a smaller one
+    The increment is what 1 means, in the program's unit and in deg; angles have `LEAST_ANGLE` for a smaller
+    one.
     """
 
     def point(word: re.Match[str]) -> str:

@@ -62,18 +62,12 @@ MOST_KEPT = 100_000
 def run_program(
     source: Source, machine: Machine, options: ReadOptions, *, stand_in: bool = False
 ) -> Interpreter:
-    """Run a program to its end.
+    """Run a program to its end, on the machine of its axis words; the options are what it doesn't state.
 
-    The next operations of the same source, machine and options are taken from the same run. Rows are the same
-    for whoever reads it. The first is where the program's first move starts, or else ends.
-    A move that ends where only the machine knows is no row; `Columns.from_unknown` marks the next one.
-
-    Parameters
-    ----------
-    source : the file
-    machine : the machine of its axis words
-    options : what the program doesn't state
-    stand_in : whether the machine is a placeholder because none was given
+    The next operations of the same source, machine and options are taken from the same run. Rows are the
+    same for whoever reads it. The first is where the program's first move starts, or else ends. A move that
+    ends where only the machine knows is no row; `Columns.from_unknown` marks the next one. With `stand_in`
+    the machine is a placeholder, because none was given.
 
     Raises
     ------
@@ -275,10 +269,7 @@ def _begin(start: Mapping[str, float], machine: Machine, offsets: list[float]) -
 def take_operation(interpreter: Interpreter, options: ReadOptions) -> tuple[Operation, Columns]:
     """Return the operation to be read, and its rows.
 
-    Raises
-    ------
-    ToolpathError
-        No moves; several operations, and no number of one.
+    `ToolpathError` for no moves, or several operations and no number of one.
     """
     source, technology = interpreter.source, interpreter.modes.technology
     if not interpreter.track.rows:
@@ -408,9 +399,7 @@ def why_nothing_moves(track: AxisTrack) -> str:
 def note_assumptions(interpreter: Interpreter, columns: Columns) -> None:
     """Add findings for what the program doesn't state: unit, starts of moves, machine zero.
 
-    Parameters
-    ----------
-    columns : the rows that are read, of one operation
+    Columns are the rows that are read, of one operation.
     """
     units, track = interpreter.modes.units, interpreter.track
     line = int(track.columns().lines[0])

@@ -30,12 +30,8 @@ def note_skipped(
     """Report what a program with ``/`` does otherwise with block delete in the other position.
 
     An error where a cut of both positions begins or ends elsewhere, or has another spindle, tool, zero,
-    length or TCP; where a rapid move goes elsewhere from a cut; and where the program can't be read.
-
-    Parameters
-    ----------
-    found : as it was read, by `options`
-    read : reads the program by other options
+    length or TCP; where a rapid move goes elsewhere from a cut; and where the program can't be read. The
+    options are those by which it was found; `read` reads the program by others.
     """
     source = found.source
     lines = [n for n, text in enumerate(source.lines, start=1) if "/" in text and _SKIPPED.match(text)]

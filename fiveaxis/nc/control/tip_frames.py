@@ -38,23 +38,10 @@ PART = 50_000
 
 
 def on_workpiece(tip: Array, columns: Columns, interpreter: Interpreter, options: ReadOptions) -> Array:
-    """Convert tips from their frame, which is the caller's or that of the more even path.
+    """Convert tips, (n, 3) mm, from the caller's frame or that of the more even path to the workpiece frame.
 
-    Parameters
-    ----------
-    tip : (n, 3), mm, as written; rows of `Columns.of_tip` count
-    columns : the program's rows
-    interpreter : takes the finding
-    options : the caller's frame
-
-    Returns
-    -------
-    (n, 3), mm, workpiece frame
-
-    Raises
-    ------
-    ToolpathError
-        The caller's frame is the machine's, and a row gives the tool direction instead of the table's angle.
+    Tips are as written; rows of `Columns.of_tip` count. The interpreter takes the finding. `ToolpathError`
+    if the caller's frame is the machine's, and a row gives the tool direction instead of the table's angle.
     """
     machine, positions = columns.machine, columns.positions()
     known = columns.of_tip & np.isfinite(positions[:, machine.rotary_columns]).all(axis=1)
@@ -81,14 +68,8 @@ def on_workpiece(tip: Array, columns: Columns, interpreter: Interpreter, options
 def carried_points(machine: Machine, points: Array, positions: Array, *, to_work: bool) -> Array:
     """Convert points that stay in the machine while the table turns to the workpiece frame, or back.
 
-    Parameters
-    ----------
-    points : (n, 3), mm, in the workpiece frame, of the machine with every axis at 0
-    positions : (n, k), axis values; those of linear axes don't matter
-
-    Returns
-    -------
-    (n, 3), mm
+    They are (n, 3), mm, in the workpiece frame of the machine with every axis at 0. Positions are axis
+    values, (n, k); those of linear axes don't matter.
     """
     values = positions.copy()
     values[:, machine.linear_columns] = 0.0
@@ -108,18 +89,10 @@ def carried_points(machine: Machine, points: Array, positions: Array, *, to_work
 def unevenness(tip: Array, moves: BoolArray) -> tuple[float, int]:
     """Measure how unevenly a path goes on: the median change of its steps times the median bend between them.
 
-    Both are relative to the steps, so that neither a short nor a long path is preferred. A path that stands
-    still has no direction, and is infinitely uneven.
-
-    Parameters
-    ----------
-    tip : (n, 3), mm
-    moves : (n - 1,), moves that count
-
-    Returns
-    -------
-    unevenness : at least that of rounding
-    pairs : number of pairs of moves in a row that it is measured on
+    Both are relative to the steps, so that neither a short nor a long path is preferred; the result is at
+    least that of rounding. A path that stands still has no direction, and is infinitely uneven. The tip is
+    (n, 3), mm; `moves`, (n - 1,), are those that count. The number of pairs of successive moves on which it
+    is measured is returned, too.
     """
     steps = np.diff(tip, axis=0)
     length = np.linalg.norm(steps, axis=1)
@@ -208,10 +181,9 @@ LEAST_TURN = 1e-3
 def judge_zero(source: Source, columns: Columns) -> tuple[dict[str, float], Finding] | None:
     """Return the zero of a program that states none, by letter in mm, and what shows it.
 
-    Returns
-    -------
-    None where nothing depends on it: the tip is programmed, no cut turns, both zeros are one, or the program
-    is by this package, whose words count from the machine model's zero. An empty zero is the machine model's.
+    It is None where nothing depends on it: the tip is programmed, no cut turns, both zeros are one, or the
+    program is by this package, whose words count from the machine model's zero. An empty zero is the machine
+    model's.
     """
     machine, turns = columns.machine, np.abs(np.diff(columns.values, axis=0))
     cuts = (columns.kinds[1:] == MoveKind.CUT) & ~columns.of_tip[1:] & ~columns.of_tip[:-1]

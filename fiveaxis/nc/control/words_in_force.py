@@ -77,9 +77,7 @@ _WRITES = re.compile(r"G10\b.*")
 def words_beside(block: Block, followed: frozenset[str]) -> Iterator[str]:
     """Yield the words of a block that aren't followed, as written.
 
-    Parameters
-    ----------
-    followed : words of spindle, coolant and tool, whose effect is read elsewhere
+    Followed are words of spindle, coolant and tool, whose effect is read elsewhere.
     """
     values = [f"{c}{block.words[c]:g}" for c in _ARGUMENTS if c in block.words]
     for word in (*block.g, *block.m):

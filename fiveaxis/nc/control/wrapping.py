@@ -47,10 +47,7 @@ class Wrapping:
     def unwrap(self, word: float, now: float | None) -> float:
         """Return the unwrapped angle, deg, that a word leads to; on the first turn if `now` is unknown.
 
-        Parameters
-        ----------
-        word : deg, as written, including its sign
-        now : deg, unwrapped angle of the axis, in the same coordinates
+        The word is deg, as written, including its sign; `now`, deg, is unwrapped, in the same coordinates.
         """
         if self.rule == "signed":
             return _signed(word, now)
@@ -92,18 +89,9 @@ def find_wrapping(
 ) -> Wrapping:
     """Find the rule of a program's rotary words.
 
-    Parameters
-    ----------
-    source, language, machine : the program, its language, and the machine of its axes
-    wrap : the caller's rule; None for that of the program's header, by default words as written
-    stand_in : whether the machine is a placeholder because none was given
-
-    Raises
-    ------
-    SettingError
-        A rule that the program's language doesn't have; no axis that it applies to.
-    ToolpathError
-        With file and line: the program's words are wrapped, and it doesn't state the rule.
+    It is the caller's, or else that of the program's header, by default words as written. `SettingError` for
+    a rule that the program's language doesn't have, or that applies to no axis; `ToolpathError`, with file
+    and line, if the program's words are wrapped, and it doesn't state the rule.
     """
     if language == SINUMERIK and wrap not in (None, "unwound"):
         raise SettingError(f"wrap = {wrap!r}, and Sinumerik words have their own (DC, ACP, ACN); omit it")

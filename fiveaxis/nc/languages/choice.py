@@ -43,16 +43,9 @@ class Language:
     ) -> Iterator[Block | Run]:
         """Yield the blocks of a program in this language, and runs of plain ones.
 
-        Parameters
-        ----------
-        source : the file
-        block_delete : whether to skip blocks that begin with ``/``
-        control : whose program it is; None where nothing tells it
-
-        Raises
-        ------
-        ToolpathError
-            With file, line and text: a block that can't be read, a line longer than `LONGEST_LINE`.
+        With block delete, blocks that begin with ``/`` are skipped; the control is None where nothing tells
+        whose program it is. `ToolpathError`, with file, line and text, for a block that can't be read, or a
+        line longer than `LONGEST_LINE`.
         """
         _require_lines(source)
         how = {"block_delete": block_delete, "control": control}

@@ -109,18 +109,11 @@ FUNCTIONS: dict[str, Callable[[float], float]] = {
 
 
 def evaluate(text: str, lookup: Lookup, rules: Arithmetic = UNSAID) -> float:
-    """Evaluate an expression that is the whole text.
+    """Evaluate an expression that is the whole text, in upper case, by the rules of the control.
 
-    Parameters
-    ----------
-    text : upper case
-    lookup : value of a variable by name (``#101``, ``R1``, ``_HOME``); raises KeyError if it has none
-    rules : of the control
-
-    Raises
-    ------
-    BlockError
-        Not arithmetic, a variable without a value, a result that isn't finite.
+    The lookup gives the value of a variable by name (``#101``, ``R1``, ``_HOME``), and raises KeyError if it
+    has none. `BlockError` for what isn't arithmetic, a variable without a value, or a result that isn't
+    finite.
     """
     value, end = evaluate_prefix(text, 0, lookup, rules)
     if text[end:].strip():
@@ -129,16 +122,9 @@ def evaluate(text: str, lookup: Lookup, rules: Arithmetic = UNSAID) -> float:
 
 
 def evaluate_prefix(text: str, start: int, lookup: Lookup, rules: Arithmetic = UNSAID) -> tuple[float, int]:
-    """Evaluate the longest expression from an index on, ``R1*2`` in ``X=R1*2 Y=3``.
+    """Evaluate the longest expression from an index on, ``R1*2`` in ``X=R1*2 Y=3``, as `evaluate`.
 
-    Returns
-    -------
-    The value and the index after the expression
-
-    Raises
-    ------
-    BlockError
-        As `evaluate`.
+    The index after it is returned, too.
     """
     parser = _Parser(text, start, lookup, rules)
     try:

@@ -254,17 +254,13 @@ def is_unfinished(code: str) -> bool:
 
 
 class Frames:
-    """Shift and tilted plane of an ISO program.
+    """Shift and tilted plane of an ISO program (Fanuc Series 30i-A, Descriptions B-63942EN, 5.44).
 
     ``G52 X Y Z`` moves the zero of every work offset. ``G68.2 X Y Z I J K`` puts the plane at X, Y, Z of it
     and rotates it by Euler angles: I about Z, J about the new X, K about the new Z. With ``P2`` three lines
     ``Q1`` to ``Q3`` state its origin, a point on its X and one on the side of its Y, with ``P3`` two lines
     ``Q1`` and ``Q2`` its origin with the direction of its X, and that of its Z. ``G53.1`` turns the tool
     normal to it. ``G69`` cancels the plane.
-
-    References
-    ----------
-    Fanuc Series 30i-A, Descriptions B-63942EN, 5.44.
     """
 
     def __init__(self) -> None:
@@ -273,15 +269,8 @@ class Frames:
     def take(self, block: Block, more: Sequence[Block] = ()) -> Block:
         """Return a block with its change of the frame.
 
-        Parameters
-        ----------
-        more : further lines of a plane by points or vectors
-
-        Raises
-        ------
-        BlockError
-            G68.2 by several angles about axes (P1), or points or vectors that make no plane; two of these
-            words in one block.
+        `more` are further lines of a plane by points or vectors. `BlockError` for G68.2 by several angles
+        about axes (P1), points or vectors that make no plane, or two of these words in one block.
         """
         present = [word for word in FRAME_WORDS if word in block.g]
         if len(present) > 1:
@@ -313,9 +302,7 @@ class Frames:
 def _plane(parts: Sequence[Block]) -> Plane:
     """Return the plane of G68.2 by angles, or by its lines of points or vectors.
 
-    References
-    ----------
-    LinuxCNC, ``5axis/table-rotary_spindle-rotary-nutating/python/remap.py``: P2, P3 (there from Q0).
+    P2, P3: LinuxCNC, ``5axis/table-rotary_spindle-rotary-nutating/python/remap.py`` (there from Q0).
     """
     words = parts[0].words
     kind = words.get("P", 0.0)

@@ -67,15 +67,8 @@ class Cycle:
     def read(cls, number: int, text: str, value: Callable[[str], float], auto: float | None) -> Cycle:
         """Read what follows ``CYCL DEF 200``: a title, and parameters.
 
-        Parameters
-        ----------
-        value : evaluates a number, a parameter or arithmetic
-        auto : feed of the last TOOL CALL, for AUTO
-
-        Raises
-        ------
-        BlockError
-            Text that isn't a parameter's value.
+        `value` evaluates a number, a parameter or arithmetic; `auto` is the feed of the last TOOL CALL, for
+        AUTO. `BlockError` for text that isn't a parameter's value.
         """
         values = {}
         for name, written in _PARAMETER.findall(text):
@@ -94,15 +87,8 @@ class Cycle:
     def hole(self, speed: float | None, minute: float) -> Hole | None:
         """Return the hole at the present position; None for a depth of 0, at which the cycle does nothing.
 
-        Parameters
-        ----------
-        speed : rev/min, for the feed of a tap
-        minute : feed units of a unit of length per minute
-
-        Raises
-        ------
-        BlockError
-            A parameter is missing, or has a meaning that isn't supported.
+        The speed, rev/min, is for the feed of a tap; `minute` is feed units of a unit of length per minute.
+        `BlockError` if a parameter is missing, or has a meaning that isn't supported.
         """
         kind, name = DRILLS[self.number], f"cycle {self.number}"
         for key in kind.plain:

@@ -127,14 +127,8 @@ class Macros:
     def take(self, code: str) -> str:
         """Run the statements of a block; return what is left of it to be read, with numbers for variables.
 
-        Parameters
-        ----------
-        code : a block without comments, blanks and block number, upper case
-
-        Raises
-        ------
-        BlockError
-            A variable without a value, a result or a jump that isn't certain, a call of what isn't there.
+        The block is without comments, blanks and block number, in upper case. `BlockError` for a variable
+        without a value, a result or a jump that isn't certain, or a call of what isn't there.
         """
         self.assigned = ()
         if (mark := _Mark.of(code, self.tape.row)) is not None:

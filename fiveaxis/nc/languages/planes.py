@@ -28,10 +28,8 @@ def turn_about(axis: str, angle: float) -> Array:
 def turns(axes: str, angles: Sequence[float]) -> Array:
     """Return the product of rotations, (3, 3), each about an axis of the frame rotated so far.
 
-    Parameters
-    ----------
-    axes : letters in order; reverse the order for rotations about fixed axes
-    angles : deg, one per letter
+    Axes are letters in order, with an angle, deg, for each; reverse the order for rotations about fixed
+    axes.
     """
     rotation = np.eye(3)
     for axis, angle in zip(axes, angles, strict=True):
@@ -42,15 +40,8 @@ def turns(axes: str, angles: Sequence[float]) -> Array:
 def rotation_onto(base: Array, normal: Array, word: str) -> Array:
     """Return the rotation, (3, 3), of Z into a normal, and of X into the part of a base vector across it.
 
-    Parameters
-    ----------
-    base, normal : (3,), of any length
-    word : that states them
-
-    Raises
-    ------
-    BlockError
-        A vector of no length, or both along one line.
+    Both are (3,), of any length, stated by the word. `BlockError` for a vector of no length, or both along
+    one line.
     """
     z = normal / (np.linalg.norm(normal, axis=-1) or 1.0)
     x = base - product(base, z) * z
@@ -99,10 +90,7 @@ class Statement:
     def stand_upright(self, word: str, *, follows: bool) -> None:
         """Point the tool along the plane's Z, whatever angles the machine takes for it.
 
-        Parameters
-        ----------
-        word : the word that turns the axes
-        follows : whether the control holds the tip meanwhile
+        The word turns the axes; the control holds the tip meanwhile if it `follows`.
         """
         if not follows:
             # Where the tip ends up isn't said: a switch to axis coordinates discards its position.

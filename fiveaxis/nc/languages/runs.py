@@ -132,14 +132,10 @@ class PlainLines:
     def of_words(
         cls, axes: str, between: str, pointing: str = "", directions: Mapping[str, str] = MappingProxyType({})
     ) -> PlainLines:
-        """Return the form of ISO words, ``N10 G1 X1.5 F100``.
+        """Return the form of ISO words, ``N10 G1 X1.5 F100``; `axes` are letters of words besides F.
 
-        Parameters
-        ----------
-        axes : letters of words besides F
-        between : pattern between letter and number
-        pointing : pattern of a word that every block has, as it gives the tool direction
-        directions : as `directions` of the form
+        `between` is the pattern between letter and number, `pointing` that of a word that every block has,
+        as it gives the tool direction. `directions` are those of the form.
         """
         names = "|".join([*directions, f"[{axes}F]{between}"])
         ahead = rf"(?=[^\n]*(?:{pointing}))" if pointing else ""
@@ -153,17 +149,10 @@ class PlainLines:
         return "" if found is None else found[0]
 
     def parse(self, text: str, line: int) -> tuple[Run, int]:
-        """Split lines of the form.
+        """Split lines of the form into their blocks, and count these lines.
 
-        Parameters
-        ----------
-        text : lines of the form
-        line : number of the first one
-
-        Returns
-        -------
-        Their blocks, and how many lines they are: those from the first one on that has a letter twice are
-        left out.
+        The first one has the number `line`. Lines from the first one on that has a letter twice are left
+        out.
         """
         plain = text if self.begin is None else self.begin.sub("G1 ", text)
         for written, letter in self.directions.items():
@@ -188,11 +177,7 @@ class PlainLines:
 class Reader(ABC):
     """Reads the blocks of a program in one language, line by line, and follows what they change.
 
-    Parameters
-    ----------
-    source : the file
-    block_delete : whether to skip blocks that begin with ``/``
-    control : whose program it is; None where nothing tells it
+    Source, block delete and control are as for `Language.split`.
     """
 
     # The forms of the language's plain blocks, and its comments in lines of that form.
@@ -227,10 +212,7 @@ class Reader(ABC):
     def blocks(self) -> Iterator[Block | Run]:
         """Yield the blocks of the program in the order in which they run, and runs of plain ones.
 
-        Raises
-        ------
-        ToolpathError
-            With file, line and text: a block that can't be read.
+        `ToolpathError`, with file, line and text, for a block that can't be read.
         """
         tape = self.tape
         while tape.goes_on():

@@ -55,16 +55,9 @@ _SPIGOT_WIDTH = 6
 
 
 def split_arguments(code: str, start: int) -> tuple[list[str], int]:
-    """Split the arguments between brackets at their commas.
+    """Split a block's arguments, from the opening bracket at `start` to the closing one, at their commas.
 
-    Parameters
-    ----------
-    code : a block
-    start : index of the opening bracket
-
-    Returns
-    -------
-    The arguments, and the index after the closing bracket
+    The index after the closing bracket is returned, too.
     """
     parts, begin, end, depth, quoted = [], start + 1, start, 0, False
     for end in range(start, len(code)):
@@ -159,16 +152,8 @@ def read_swivel(values: Sequence[Value]) -> Swivel | None:
     """Read ``CYCLE800(_FR, _TC, _ST, _MODE, _X0, _Y0, _Z0, _A, _B, _C, _X1, _Y1, _Z1, _DIR, …)``.
 
     The plane is shifted by _X0 _Y0 _Z0, rotated by three angles about the axes that _MODE names, each axis
-    of the frame rotated so far, and then shifted by _X1 _Y1 _Z1.
-
-    Returns
-    -------
-    The call; None if it switches the swivelled plane off
-
-    Raises
-    ------
-    BlockError
-        An unsupported mode: its meaning depends on the machine.
+    of the frame rotated so far, and then shifted by _X1 _Y1 _Z1. None if the call switches the swivelled
+    plane off; `BlockError` for an unsupported mode: its meaning depends on the machine.
     """
     given = [v for v in values if v not in (None, "")]
     if not given or (len(values) > 1 and values[1] == "0"):

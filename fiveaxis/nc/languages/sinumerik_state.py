@@ -212,12 +212,9 @@ class State(CoordinateState):
         return self.frame("CYCLE800")
 
     def change_frame(self, name: str, words: Mapping[str, float], plane_angle: float | None) -> Plane:
-        """Set the frame by TRANS or ROT, or change it by ATRANS or AROT.
+        """Set the frame by TRANS or ROT, or change it by ATRANS or AROT; missing X, Y and Z are 0.
 
-        Parameters
-        ----------
-        words : X, Y and Z; missing ones are 0
-        plane_angle : deg, RPL, about the tool axis, instead of the words of a rotation
+        The plane's angle, RPL, deg, is about the tool axis, instead of the words of a rotation.
         """
         x, y, z = (words.get(c, 0.0) for c in AXES)
         if name in ("TRANS", "ATRANS"):
@@ -245,9 +242,7 @@ class State(CoordinateState):
     def turned(self, letter: str, value: float, mode: str) -> float:
         """Return the end angle, deg, of a rotary axis: shorter direction (DC), + (ACP) or - (ACN).
 
-        Parameters
-        ----------
-        value : deg, from 0 to 360; returned as it is if the axis's angle is unknown
+        The value is from 0 to 360 deg, and returned as it is if the axis's angle is unknown.
         """
         now = self.angles.get(letter)
         if now is None:

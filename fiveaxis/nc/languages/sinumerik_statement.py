@@ -62,13 +62,7 @@ class SinumerikStatement(Statement):
     hole: Hole | None = None
 
     def read(self) -> None:
-        """Read all words, then interpret them together.
-
-        Raises
-        ------
-        BlockError
-            Anything that isn't supported.
-        """
+        """Read all words, then interpret them together; `BlockError` for anything that isn't supported."""
         label = _LABEL.match(self.code)
         at = 0
         if label is not None:

@@ -100,16 +100,9 @@ class Stretch:
 
 
 class Tape:
-    """Where a program is run.
+    """Where a program is run; `comments` is as for `Text`.
 
-    Parameters
-    ----------
-    source : the program
-    comments : as for `Text`
-
-    Attributes
-    ----------
-    step : of the line that is being run, from 1; the line itself up to the first jump
+    `step` is that of the line that is being run, from 1; the line itself up to the first jump.
     """
 
     def __init__(self, source: Source, comments: re.Pattern[str]) -> None:
@@ -215,17 +208,10 @@ class Tape:
         self.now.row = row
 
     def open_file(self, name: str, suffixes: tuple[str, ...]) -> Text:
-        """Load a file beside the program, whatever the case of its name.
+        """Load a file beside the program, whatever the case of its name, which may be without its suffix.
 
-        Parameters
-        ----------
-        name : with or without its suffix
-        suffixes : of the language, in the order in which they are tried
-
-        Raises
-        ------
-        BlockError
-            There is none, or it can't be read.
+        The language's suffixes are tried in their order. `BlockError` if there is no file, or it can't be
+        read.
         """
         found = self.file_beside(name, suffixes)
         if found is None:

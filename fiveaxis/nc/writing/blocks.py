@@ -41,16 +41,9 @@ def block_lines(
 ) -> tuple[list[tuple[str, int]], int, list[Finding]]:
     """Write the blocks of all moves but the first, which belongs to the approach.
 
-    Returns
-    -------
-    lines : each with the row of the motion at which its block ends
-    dropped : number of moves omitted because none of their words changes
-    findings : where the control deviates from the plan
-
-    Raises
-    ------
-    ToolpathError
-        A move without duration, or a feed out of the control's range.
+    Each line has the row of the motion at which its block ends. Returned are also the number of moves
+    omitted because none of their words changes, and findings where the control deviates from the plan.
+    `ToolpathError` for a move without duration, or a feed out of the control's range.
     """
     moves, dropped = _moves(motion, writer)
     if winding == "modulo":
@@ -84,11 +77,7 @@ def moving(motion: Motion, values: Array, writer: WordWriter) -> BoolArray:
     """Mark the moves to write, (n,): those in which a word changes, but for the first, the approach.
 
     A move without duration, shorter than `STANDSTILL`, may still change the last decimal; it becomes part of
-    the next one.
-
-    Parameters
-    ----------
-    values : (n, c), numbers of words
+    the next one. Values, (n, c), are numbers of words.
     """
     words = writer.rounded(values)
     steps = np.abs(np.diff(words, axis=0, prepend=words[:1]))

@@ -42,11 +42,7 @@ def without_creep(moves: Moves, writer: WordWriter) -> Moves:
     """Hold the linear axes where they move only by rounding while rotary axes turn.
 
     They keep the values of the last block that moves them, so omitted moves never add up to more than
-    `ROUNDING` steps of the last decimal, or `HELD`.
-
-    Parameters
-    ----------
-    moves : with numbers of words, not yet rounded
+    `ROUNDING` steps of the last decimal, or `HELD`. The numbers of words in the moves aren't rounded yet.
     """
     linear = writer.is_linear
     values = writer.rounded(moves.values)
@@ -72,16 +68,10 @@ def without_creep(moves: Moves, writer: WordWriter) -> Moves:
 
 
 def path_lengths(values: Array, writer: WordWriter) -> tuple[Array, BoolArray]:
-    """Compute the path length of each move that F refers to.
+    """Compute the path length of each move that F refers to, (m,), in the unit of the words.
 
-    Parameters
-    ----------
-    values : (m, c), rounded, turns unwrapped
-
-    Returns
-    -------
-    length : (m,), in the unit of the words; deg where only rotary words or the direction change
-    along : (m,), whether it is a length
+    It is deg where only rotary words or the direction change; the second value, (m,), is whether it is a
+    length. Values are (m, c), rounded, turns unwrapped.
     """
     steps = np.diff(values, axis=0, prepend=values[:1])
     degree = writer.dialect.mixed_feed.degree if writer.coordinates == "axes" else 0.0
@@ -95,10 +85,7 @@ def path_lengths(values: Array, writer: WordWriter) -> tuple[Array, BoolArray]:
 def feeds_of(values: Array, time: Array, writer: WordWriter) -> Array:
     """Compute F of each move, (m,), in the units of the control, not yet rounded.
 
-    Parameters
-    ----------
-    values : (m, c), rounded, turns unwrapped
-    time : (m,), s, above 0
+    Values are (m, c), rounded, turns unwrapped; times are (m,), s, above 0.
     """
     if writer.mode.feed == "inverse_time":
         return SECONDS / time
@@ -110,16 +97,9 @@ def feeds_of(values: Array, time: Array, writer: WordWriter) -> Array:
 def path_feeds(moves: Moves, motion: Motion, writer: WordWriter) -> tuple[Array, BoolArray]:
     """Find the moves that take as long as at the feed of the path, which F then states exactly.
 
-    An operator can edit it: of a block as printed, F would differ by the rounding of its words.
-
-    Parameters
-    ----------
-    moves : with numbers of words, not yet rounded
-
-    Returns
-    -------
-    feeds : (m,), of the path, in the units of the control
-    at_feed : (m,)
+    An operator can edit it: of a block as printed, F would differ by the rounding of its words. Returned are
+    the feeds of the path, (m,), in the units of the control, and which moves these are, (m,). The numbers of
+    words in the moves aren't rounded yet.
     """
     feeds = motion.feed[moves.row] * SECONDS / feed_millimetres(writer)
     if writer.mode.feed == "inverse_time":
@@ -134,12 +114,7 @@ def stated_rows(feeds: Array, kind: IntArray, writer: WordWriter) -> BoolArray:
     """Find the moves whose blocks state F, (m,): elsewhere that of the block before stays in force.
 
     Every pass begins with its F, so that a program can be entered there. The inverse of a duration isn't
-    modal.
-
-    Parameters
-    ----------
-    feeds : (m,), as printed, NaN in rapid moves
-    kind : (m,), `MoveKind` values
+    modal. Feeds are (m,), as printed, NaN in rapid moves; kinds are (m,), `MoveKind` values.
     """
     stated = np.ones(len(feeds), dtype=bool)
     if writer.mode.feed != "inverse_time":
@@ -166,16 +141,9 @@ def feed_millimetres(writer: WordWriter) -> float:
 def raised_feeds(feeds: Array, values: Array, writer: WordWriter) -> tuple[Array, BoolArray]:
     """Raise F to the control's lowest where the linear axes creep alone.
 
-    They arrive earlier then, still at nearly no speed. Blocks that also turn rotary axes are unchanged, and
-    refused, as those axes would be faster too.
-
-    Parameters
-    ----------
-    values : (m, c), rounded
-
-    Returns
-    -------
-    feeds, (m,), and where they were raised, (m,)
+    The feeds, (m,), are returned with where they were raised, (m,). Blocks arrive earlier then, still at
+    nearly no speed. Blocks that also turn rotary axes are unchanged, and refused, as those axes would be
+    faster too. Values are (m, c), rounded.
     """
     least = feed_form(writer).least
     if least is None or writer.mode.feed == "inverse_time":
@@ -208,10 +176,7 @@ def require_range(feeds: Array, moves: Moves, motion: Motion, writer: WordWriter
 def note_floor(values: Array, raised: BoolArray, moves: Moves, writer: WordWriter) -> list[Finding]:
     """Return a finding on blocks slower than the control's lowest speed, which it runs faster than planned.
 
-    Parameters
-    ----------
-    values : (m, c), rounded
-    raised : (m,), where F was raised to the lowest
+    Values are (m, c), rounded; `raised`, (m,), is where F was raised to the lowest.
     """
     form = feed_form(writer)
     unit = MILLIMETRES[writer.unit]
@@ -238,9 +203,7 @@ def note_floor(values: Array, raised: BoolArray, moves: Moves, writer: WordWrite
 def note_rounding(wanted: Array, feeds: Array, moves: Moves, writer: WordWriter) -> list[Finding]:
     """Return a finding on blocks whose time differs from the plan because F has too few decimals.
 
-    Parameters
-    ----------
-    wanted, feeds : (m,), as planned and as printed; the first row has none
+    The wanted feeds and those that are printed are (m,); the first row has none.
     """
     error = feeds[1:] / wanted[1:] - 1.0
     coarse = (np.abs(error) > COARSE) & ~moves.rapid[1:]

@@ -45,10 +45,8 @@ def head_lines(
 ) -> list[str]:
     """Write the header's comments: what is read back, the verdict, what the operator needs, the caller's.
 
-    Parameters
-    ----------
-    verdict, pairs : names and values; of the caller's the most important ones first, as a long header is cut
-    further : notes for the operator that depend on the motion
+    Verdict and pairs are names and values, of the caller's the most important ones first, as a long header
+    is cut; further notes for the operator depend on the motion.
     """
     machine, form = writer.machine, writer.dialect.comment
     notes = [note.head for note in machine_notes(writer, settings, winding) if note.head]

@@ -86,16 +86,9 @@ ProgramSettings.__doc__ = f"{ProgramSettings.__doc__}\n\n{section_of(Framing, 'P
 
 
 def require_writable(settings: ProgramSettings, dialect: Dialect, letters: str) -> None:
-    """Check that a control can write all settings.
+    """Check that a control can write all settings, for a machine with axes of these letters.
 
-    Parameters
-    ----------
-    letters : of the machine's axes
-
-    Raises
-    ------
-    SettingError
-        A setting that the control doesn't support, with what it does.
+    `SettingError` for a setting that the control doesn't support, with what it does.
     """
     _require_names(settings, dialect)
     _require_room(settings, dialect)

@@ -301,10 +301,7 @@ def name_word(name: str) -> str:
 def numbered(lines: list[str], writer: WordWriter, step: int | None) -> Iterator[str]:
     """Put block numbers before lines: before those that aren't comments, or all, depending on the control.
 
-    Raises
-    ------
-    SettingError
-        The control numbers all lines, and there are more than its largest number.
+    `SettingError` if the control numbers all lines, and there are more than its largest number.
     """
     dialect = writer.dialect
     if step is None and not dialect.numbered:

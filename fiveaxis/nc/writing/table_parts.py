@@ -67,9 +67,7 @@ def require_ascii(name: str, text: str) -> None:
 def written(name: str = "") -> AfterValidator:
     """Return the check of texts that are written: a template has its placeholders, and all are plain ASCII.
 
-    Parameters
-    ----------
-    name : of the template; that of the field by default
+    By default the template has the field's name.
     """
 
     def check(texts: Any, info: ValidationInfo) -> Any:

@@ -64,11 +64,8 @@ class Words:
 def require_winding(winding: str, writer: WordWriter) -> None:
     """Check that the control and the machine support a winding.
 
-    Raises
-    ------
-    SettingError
-        An unknown winding; one that the control lacks, or that tool directions don't need; ``modulo`` for an
-        axis with limits.
+    `SettingError` for an unknown winding, one that the control lacks, or that tool directions don't need, or
+    ``modulo`` for an axis with limits.
     """
     dialect, machine = writer.dialect, writer.machine
     if winding not in get_args(Winding):
@@ -115,12 +112,9 @@ def shortened(moves: Moves, machine: Machine) -> Moves:
 
 
 def split_moves(parts: IntArray) -> tuple[IntArray, Array]:
-    """Divide moves into parts.
+    """Divide moves into parts: the move of each part, (m,), and the share of the move after it, (m,).
 
-    Returns
-    -------
-    owner : (m,), move of each part
-    left : (m,), share of the move after the part; exactly 0 for the last one
+    The share is exactly 0 for the last part.
     """
     owner = np.repeat(np.arange(len(parts)), parts)
     order = np.arange(len(owner)) - np.repeat(np.cumsum(parts) - parts, parts) + 1

@@ -144,16 +144,9 @@ class WordWriter:
 def require_expressible(dialect: Dialect, coordinates: Coordinates | None, machine: Machine) -> Coordinates:
     """Check that a machine's motion can be written for a control, and return the coordinates.
 
-    Parameters
-    ----------
-    coordinates : None for the first of axes, tip and vector that the control has
-
-    Raises
-    ------
-    SettingError
-        Coordinates that the control doesn't have.
-    MachineError
-        Axes that the control doesn't know; TCP control for a machine without rotary axes or without X, Y, Z.
+    By default they are the first of axes, tip and vector that the control has. `SettingError` for
+    coordinates that the control doesn't have; `MachineError` for axes that it doesn't know, and TCP control
+    for a machine without rotary axes or without X, Y, Z.
     """
     known: list[Coordinates] = [c for c in ("axes", "tip", "vector") if c in dialect.modes]
     chosen = known[0] if coordinates is None else coordinates
