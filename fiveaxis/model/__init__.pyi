@@ -61,7 +61,6 @@ from .machine.bodies import Shape as Shape
 from .machine.building import CONTROL_TABLE as CONTROL_TABLE
 from .machine.building import drive_table as drive_table
 from .machine.chain import Joint as Joint
-from .machine.chain import Line as Line
 from .machine.chain import Triple as Triple
 from .machine.chain import as_triple as as_triple
 from .machine.chain import why_not_orienting as why_not_orienting

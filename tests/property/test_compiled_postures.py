@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from support.quick_optimiser import for_tilt, tilt_bounds
 
 from fiveaxis.model import (
-    Line,
     Machine,
     Tool,
     Toolpath,
@@ -20,7 +19,7 @@ from fiveaxis.model import (
     travel_costs,
 )
 from fiveaxis.model.kinematics.windings import ON_LIMIT, nearest_turn
-from fiveaxis.model.machine.chain import Chain
+from fiveaxis.model.machine.chain import Chain, Line
 from fiveaxis.posture.baselines import catalogue
 from fiveaxis.posture.baselines.branches import Postures, cheapest_branches
 from fiveaxis.posture.local.rows import ChainModel, build_rows

@@ -16,7 +16,6 @@ from fiveaxis.base.errors import DegenerateChain
 from fiveaxis.check.verification.model import tool_poses as pinocchio_poses
 from fiveaxis.model import (
     FormShapingCode,
-    Line,
     Machine,
     Tool,
     axis_positions,
@@ -28,7 +27,7 @@ from fiveaxis.model.kinematics.inverse import redundant_axis
 from fiveaxis.model.kinematics.poses import tip_slopes
 from fiveaxis.model.kinematics.symbolic import linear_axes_of_posture, tool_axis_of_posture
 from fiveaxis.model.machine.axes import LocationError
-from fiveaxis.model.machine.chain import Chain
+from fiveaxis.model.machine.chain import Chain, Line
 from fiveaxis.model.machine.code import commutation_class, parse_code
 
 BALL = Tool.ball(10).zone

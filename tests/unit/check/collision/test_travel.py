@@ -7,9 +7,9 @@ from support.pairwise_cases import in_pairs
 from fiveaxis.base import translation
 from fiveaxis.check.collision.pieces import box_piece
 from fiveaxis.check.collision.travel import Stretch, Travel
-from fiveaxis.model import Line, Machine, link_poses
+from fiveaxis.model import Machine, link_poses
 from fiveaxis.model.machine.axes import Axis
-from fiveaxis.model.machine.chain import Chain
+from fiveaxis.model.machine.chain import Chain, Line
 from fiveaxis.model.machine.code import parse_code
 
 SHARES = np.linspace(0.0, 1.0, 33)

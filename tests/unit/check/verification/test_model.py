@@ -7,9 +7,9 @@ import pytest
 
 from fiveaxis.base import rotation_matrix
 from fiveaxis.check.verification.model import build_model, kinematics_name, link_poses, tool_poses
-from fiveaxis.model import Line, Machine, load_machine, machine_names
+from fiveaxis.model import Machine, load_machine, machine_names
 from fiveaxis.model import tool_poses as own_poses
-from fiveaxis.model.machine.chain import Chain
+from fiveaxis.model.machine.chain import Chain, Line
 from fiveaxis.model.machine.code import parse_code
 from fiveaxis.model.machine.model import Axis
 

@@ -10,7 +10,6 @@ from fiveaxis.model import (
     AffineDrive,
     DirectionalDrive,
     FrictionDrive,
-    Line,
     Machine,
     Motion,
     WeightDrive,
@@ -27,7 +26,7 @@ from fiveaxis.model import (
     with_powers,
 )
 from fiveaxis.model.energy.drives import axis_powers, gravity_forces, moved_weights
-from fiveaxis.model.machine.chain import Chain
+from fiveaxis.model.machine.chain import Chain, Line
 
 RNG = np.random.default_rng(21)
 G = 9.80665

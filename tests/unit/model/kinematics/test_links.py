@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fiveaxis.model import Line, Machine, link_poses, load_machine, tool_poses
+from fiveaxis.model import Machine, link_poses, load_machine, tool_poses
 from fiveaxis.model.kinematics.poses import tip_slopes
-from fiveaxis.model.machine.chain import Chain
+from fiveaxis.model.machine.chain import Chain, Line
 from fiveaxis.model.machine.code import parse_code
 
 RNG = np.random.default_rng(1)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from fiveaxis.base import Array, angle_between
-from fiveaxis.model import Axis, Line, Machine, axis_positions, linear_positions, load_machine, tool_poses
-from fiveaxis.model.machine.chain import Chain
+from fiveaxis.model import Axis, Machine, axis_positions, linear_positions, load_machine, tool_poses
+from fiveaxis.model.machine.chain import Chain, Line
 from fiveaxis.model.machine.code import parse_code
 from fiveaxis.model.machine.linuxcnc import read_linuxcnc
 

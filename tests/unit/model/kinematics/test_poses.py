@@ -22,8 +22,8 @@ def test_near_the_singular_direction_the_pose_keeps_its_digits(ideal):
 
 def test_a_tool_axis_out_of_reach_is_nan_in_every_branch():
     # A nutating table: 45° about (0,1,1), then C at the table can't lean the tool beyond 90°.
-    from fiveaxis.model import Axis, Line
-    from fiveaxis.model.machine.chain import Chain
+    from fiveaxis.model import Axis
+    from fiveaxis.model.machine.chain import Chain, Line
     from fiveaxis.model.machine.code import parse_code
 
     code = parse_code("650123")

@@ -8,7 +8,6 @@ import pytest
 from fiveaxis.base.errors import DegenerateChain
 from fiveaxis.model import (
     Limits,
-    Line,
     Machine,
     axis_positions,
     hold_singular,
@@ -22,7 +21,7 @@ from fiveaxis.model import (
 )
 from fiveaxis.model.kinematics.inverse import redundant_axis
 from fiveaxis.model.kinematics.windings import reachable_positions
-from fiveaxis.model.machine.chain import Chain
+from fiveaxis.model.machine.chain import Chain, Line
 
 IDEAL = Machine.from_code("640123")
 RNG = np.random.default_rng(12)

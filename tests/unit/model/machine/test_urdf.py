@@ -18,7 +18,6 @@ from fiveaxis.model import (
     Box,
     Cylinder,
     Limits,
-    Line,
     Machine,
     MeshShape,
     load_machine,
@@ -28,7 +27,7 @@ from fiveaxis.model import (
 )
 from fiveaxis.model.kinematics.poses import link_poses
 from fiveaxis.model.machine.axes import LocationError
-from fiveaxis.model.machine.chain import Chain
+from fiveaxis.model.machine.chain import Chain, Line
 from fiveaxis.model.machine.code import parse_code
 from fiveaxis.model.machine.urdf import roll_pitch_yaw
 

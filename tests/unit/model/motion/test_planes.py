@@ -10,7 +10,6 @@ from fiveaxis.model import (
     AXIS_TOLERANCE,
     FASTEST,
     Limits,
-    Line,
     Machine,
     MoveKind,
     Tool,
@@ -18,6 +17,7 @@ from fiveaxis.model import (
     load_machine,
     tool_axes,
 )
+from fiveaxis.model.machine.chain import Line
 from fiveaxis.model.motion.deviation import axis_deviation, turns_on_the_spot
 from fiveaxis.model.motion.filling import fill_in
 from fiveaxis.model.motion.planes import AxisPlanes

@@ -9,8 +9,8 @@ from support.whole_files import each_path
 
 from fiveaxis.base import angle_between
 from fiveaxis.base.errors import ToolpathError
-from fiveaxis.model import Axis, Line, Machine, MoveKind, Tool, Toolpath
-from fiveaxis.model.machine.chain import Chain
+from fiveaxis.model import Axis, Machine, MoveKind, Tool, Toolpath
+from fiveaxis.model.machine.chain import Chain, Line
 from fiveaxis.model.machine.code import parse_code
 from fiveaxis.nc import read_operations, read_toolpath
 from fiveaxis.nc.languages import choice
