@@ -149,13 +149,16 @@ def test_what_stands_in_the_way_is_found_whichever_way_states_the_length(structu
     assert {way: errors for way, errors in found.items() if errors != found["contained"]} == {}
 
 
-def test_where_only_z_takes_the_length_up_nobody_needs_to_say_it(tmp_path):
+@pytest.mark.parametrize("way", ["G43", "contained, by the head"])
+def test_where_only_z_takes_the_length_up_nobody_needs_to_say_it(way, tmp_path):
     bare = MACHINES["table-table"]
     machine = bare.with_tool_length(150.0)
     words = control_values(machine, positions_of(machine, (15.0, 30.0)))
-    suffix, text = WAYS["G43"](machine, words, 150.0)
-    file = tmp_path / f"part{suffix}"
-    file.write_text(text)
+    file = tmp_path / "part.nc"
+    head = [f"({LENGTH.write(150.0)})", *ISO, "G49"]
+    file.write_text(
+        WAYS["G43"](machine, words, 150.0)[1] if way == "G43" else text_of(words, machine.letters, head)
+    )
     for on in (bare, machine):
         path = read_toolpath(file, tool=TOOL, machine=on, zero={"X": 0.0})
         np.testing.assert_allclose(path.tips(path.axis), TIPS, atol=1e-5)
