@@ -56,7 +56,9 @@ def sampled_depths(pair: Pair, stretch: Stretch, samples: int = SAMPLES) -> np.n
     return depths
 
 
-@pytest.mark.parametrize("obstacle", ["box", pytest.param("torus", marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "obstacle", ["box", pytest.param("torus", marks=[pytest.mark.slow, pytest.mark.release])]
+)
 def test_a_sweep_finds_what_close_samples_find_and_a_clearance_all_that_touches(machine, obstacle):
     judged = {clearance: [] for clearance in (0.0, 2.0)}
     for seed in range(8):
