@@ -112,6 +112,8 @@ def denser(path: fx.Toolpath, times: int) -> fx.Toolpath:
 def backwards(path: fx.Toolpath, machine: fx.Machine) -> tuple[fx.Toolpath, fx.Machine]:
     """Reverse a path, on a machine whose drives take as much power the other way round."""
     there = fx.Toolpath.from_contacts(path.contact[::-1], path.normal[::-1], path.tool, name=path.name)
+    # A row has the feed of the move to it.
+    there = replace(there, feed=np.append(path.feed[-1], path.feed[:0:-1]))
 
     def swapped(drive: DirectionalDrive) -> DirectionalDrive:
         return replace(drive, plus=drive.minus, minus=drive.plus)
