@@ -114,8 +114,7 @@ class Side:
 def choose_sides(solution: Optimum, program: ShownProgram | None = None) -> tuple[Side, ...]:
     """Return the result, as its program moves if one is given, and its baselines; the dearest ones last."""
     path, tilt = solution.toolpath, solution.tilt
-    result = _program_side(solution, program) or _side(RESULT, solution.timed(), path, tilt, solution.energy)
-    sides = [thinned(result, MOST_ROWS)]
+    sides = [thinned(whole_result(solution, program), MOST_ROWS)]
     for name, baseline in sorted(solution.compared.items(), key=lambda item: item[1].energy.total):
         own, bounds = baseline.toolpath, tilt
         if own is not None:
@@ -125,6 +124,12 @@ def choose_sides(solution: Optimum, program: ShownProgram | None = None) -> tupl
         side = _side(name, solution.timed(name), own or path, bounds, baseline.energy)
         sides.append(thinned(side, MOST_BASELINE_ROWS))
     return tuple(sides)
+
+
+def whole_result(solution: Optimum, program: ShownProgram | None) -> Side:
+    """Return all rows of the result, as its program moves if one is given."""
+    path, tilt = solution.toolpath, solution.tilt
+    return _program_side(solution, program) or _side(RESULT, solution.timed(), path, tilt, solution.energy)
 
 
 def _side(name: str, motion: Motion, path: Toolpath, tilt: TiltBounds, energy: Energy) -> Side:

@@ -63,11 +63,12 @@ def write_preview(solution: Optimum | WholeProgram, path: str | Path, given: Bes
 def render_page(solution: Optimum | WholeProgram, given: Beside = Beside()) -> str:
     """Return the text of the page that `write_preview` writes."""
     shown = shown_of(solution, given)
-    recorder, result, blank = Recorder(), shown.sides[0], shown.surroundings.blank
+    recorder, result, cutting = Recorder(), shown.sides[0], shown.cutting
     scene = build_scene(recorder, shown)
     head, sections = describe_show(shown, scene)
-    played = None if blank is None else PlayedStock.of(blank, result, shown.machine, shown.cut)
-    if played is not None:
+    blank, played = shown.surroundings.blank, None
+    if blank is not None and cutting is not None:
+        played = PlayedStock.of(blank, cutting, shown.machine, shown.cut)
         head["stock"] = played.describe(sections) | {"colour": STOCK_COLOUR}
     logger.debug("%d messages to the scene; %d findings", len(recorder.commands), len(shown.findings))
     axes = shown.machine.axes

@@ -26,6 +26,7 @@ from fiveaxis.show.viewer.moves import (
     choose_sides,
     find_stops,
     thinned,
+    whole_result,
 )
 
 # Stands for a cutter that isn't known, mm.
@@ -87,6 +88,7 @@ class Shown:
     part : in place of that of the surroundings
     surroundings : part, stock and fixtures
     standing : how the part stands over an assumed table
+    cutting : the result where it cuts a stock, with all its rows: a chord may pass through what they avoid
     cut : the stock as verification has cut it
     assumed : sentences on what nobody states, and on what isn't shown
     """
@@ -101,6 +103,7 @@ class Shown:
     part: Mesh | None = None
     surroundings: Surroundings = field(default_factory=Surroundings)
     standing: Standing | None = None
+    cutting: Side | None = None
     cut: CutStock | None = None
     assumed: tuple[str, ...] = ()
 
@@ -137,6 +140,7 @@ def shown_of(solution: Optimum | Shown, given: Beside) -> Shown:
 
 def _with_program(solution: Optimum, given: Beside) -> Shown:
     program, sides = given.program, choose_sides(solution, given.program)
+    around = given.surroundings or Surroundings()
     shown = Shown(
         machine=solution.machine,
         toolpath=solution.toolpath,
@@ -144,7 +148,8 @@ def _with_program(solution: Optimum, given: Beside) -> Shown:
         sides=sides,
         tools=(solution.toolpath.tool,),
         findings=given.findings,
-        surroundings=given.surroundings or Surroundings(),
+        surroundings=around,
+        cutting=None if around.blank is None else whole_result(solution, program),
     )
     if program is None:
         return shown

@@ -48,6 +48,17 @@ def test_what_is_removed_lies_where_the_tool_has_been(stock_page, solution):
     assert away.max() < solution.toolpath.tool.radius + 2.0 * RESOLUTION
 
 
+def test_a_motion_that_is_shown_with_fewer_rows_cuts_with_all_of_them(
+    stock_page, solution, stocked, cut_program, monkeypatch
+):
+    monkeypatch.setattr("fiveaxis.show.viewer.moves.MOST_ROWS", 20)
+    thin = unpacked(render_page(solution, Beside(program=cut_program, surroundings=stocked)))[1]
+    whole = unpacked(stock_page)[1]
+    assert len(thin["0/clock"]) <= 20 < len(whole["0/clock"])
+    for name in (name for name in whole if name.startswith("stock/")):
+        np.testing.assert_array_equal(thin[name], whole[name])
+
+
 def test_what_remains_is_coloured_by_what_is_left(stock_page):
     head, arrays = unpacked(stock_page)
     colours = arrays["stock/colours"].reshape(-1, 3)
