@@ -15,7 +15,6 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, wait
 from contextlib import contextmanager
-from datetime import timedelta
 from typing import TypeVar
 
 from rich.console import Console
@@ -128,8 +127,9 @@ class Work:
 
 
 def clock_text(seconds: float) -> str:
-    """Format a time as hours, minutes and seconds."""
-    return str(timedelta(seconds=round(seconds)))
+    """Format a time as hours, also above 24, minutes and seconds."""
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes // 60}:{minutes % 60:02}:{rest:02}"
 
 
 @contextmanager

@@ -6,7 +6,7 @@ import pytest
 from rich.console import Console
 
 from fiveaxis.base import STAGES
-from fiveaxis.cli.work import Work, shown_work
+from fiveaxis.cli.work import Work, clock_text, shown_work
 
 
 class Clock:
@@ -35,6 +35,10 @@ def test_the_line_has_the_stage_and_the_time_since_the_beginning():
     assert "planning passes" in line(work)
     assert "0:01:08" in line(work)
     assert "reading" not in line(work)
+
+
+def test_a_time_of_days_is_in_hours():
+    assert [clock_text(s) for s in (5.4, 3725.0, 90_061.0)] == ["0:00:05", "1:02:05", "25:01:01"]
 
 
 def test_the_line_tells_how_long_work_of_one_stage_still_takes_and_forgets_it_with_the_stage():
