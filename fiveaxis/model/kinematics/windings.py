@@ -37,7 +37,8 @@ def reachable_positions(machine: Machine, tip: Array, axis: Array) -> Array:
     for b, branch in enumerate(branches):
         for angles in itertools.product(*(choice[:, b] for choice in choices)):
             repeated.append(branch.copy())
-            repeated[-1][:, columns] = np.stack(angles, axis=-1)
+            # By shape, as without rotary axes there is nothing to stack.
+            repeated[-1][:, columns] = np.reshape(angles, (len(columns), len(branch))).T
     found = np.stack(repeated)
     found[~within_limits(machine, found)] = np.nan
     return found[np.isfinite(found).all(axis=-1).any(axis=-1)]

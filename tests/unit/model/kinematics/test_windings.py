@@ -66,6 +66,12 @@ def test_a_location_beyond_the_limits_has_no_posture():
     assert np.isfinite(found[:, 1]).all(axis=1).sum() == 2
 
 
+def test_without_rotary_axes_there_is_one_posture():
+    tip = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])
+    found = reachable_positions(Machine.from_code("0123"), tip, np.tile([0.0, 0.0, 1.0], (2, 1)))
+    np.testing.assert_allclose(found, [tip], atol=1e-12)
+
+
 def test_a_half_open_axis_takes_the_turn_next_to_its_end():
     machine = with_limits("640123", C=Limits(low=10.0))
     tip, axis = tool_poses(machine, np.array([[0.0, 0.0, 0.0, 0.5, 0.1]]))
