@@ -11,7 +11,6 @@ import itertools
 import json
 import os
 import sys
-from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -38,6 +37,8 @@ ANALYTIC = {
     "Geom_ToroidalSurface": (4, ("MajorRadius", "MinorRadius")),
 }
 SPLINE = 5
+# Arrays that every face adds to; a file none of whose faces has a border fails here.
+PARTS = ("points", "uv", "triangles", "owner", "border")
 
 
 class Unreadable(Exception):
@@ -253,7 +254,7 @@ class Collector:
         self.faces: list[dict[str, Any]] = []
         self.shapes: list[Any] = []
         self.surfaces: list[dict[str, Any]] = []
-        self.parts: dict[str, list[np.ndarray]] = defaultdict(list)
+        self.parts: dict[str, list[np.ndarray]] = {name: [] for name in PARTS}
         self.edges: dict[int, list[int]] = {}
         self.known_edges = lists.IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher()
         self.count = 0
