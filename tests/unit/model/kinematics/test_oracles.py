@@ -84,6 +84,25 @@ def test_the_library_s_trunnions_are_those_of_the_module(tmp_path, name):
         np.testing.assert_allclose(found, wanted, rtol=0.0, atol=1e-9)
 
 
+GOLDEN = [
+    # program X Y Z A C (TCP on, LinuxCNC's signs), joints X Y Z with tool length 0
+    ((10, 0, 0, 0, 0), (10, 0, 0)),
+    ((10, 0, 0, 30, 0), (10, 7.679492, -8.660254)),
+    ((10, 5, -3, -45, 90), (-5, 3.736544, 7.878680)),
+    ((-20, 15, 8, -30, 200), (23.924155, -4.603511, 21.895442)),
+]
+
+
+@pytest.mark.parametrize(("program", "joints"), GOLDEN)
+def test_linuxcncs_golden_table_is_met_with_a_tool(tmp_path, program, joints):
+    """A tool moves the machine up by its length: the table's third column."""
+    machine = trunnion_from_ini(tmp_path, "xyzac", np.zeros(3)).with_tool_length(TOOL)
+    *tip, a, c = program
+    found = linear_positions(machine, np.array([tip], float), -np.radians([[c, a]]))
+    x, y, z = joints
+    np.testing.assert_allclose(found[0, :3], [x, y, z + TOOL], rtol=0.0, atol=5e-7)
+
+
 # One NX operation for a Haas with a trunnion and a DMU 70 with a nutating table
 
 OPERATION = "VARIABLE_CONTOUR_MCS9"
