@@ -24,6 +24,8 @@ from fiveaxis.model import PATH_TOLERANCE, Band, MoveKind, Toolpath, across, tur
 DETOUR, SPARE = 2.0, 1.0
 # Points of the track in the first block of a search.
 FIRST_BLOCK = 64
+# Pairs of a point and a chord that are measured at once.
+MOST_CHORDS = 20_000
 # Places on a chord at which a pivot off the tool's axis is looked for, and how often around the nearest.
 PLACES, ROUNDS = 17, 5
 # A point this near to the end of a block, as a share of it, is that end.
@@ -283,14 +285,33 @@ def _off(track: Track, path: Toolpath, axes: Array, known: IntArray, point: IntA
     more than one course: a point of a rapid move beside one of the path's has no distance (NaN), nor has one
     of a cutter whose pivot is off its axis beside a link, where no normal tells where its pivot is.
     """
-    centre, axis = track.centre[point[0] :], track.axis[point[0] :]
-    course, off_axis = Course.of(path), bool(path.zone.offset)
-    turn = np.searchsorted(point, np.arange(point[0], len(track.row)))
+    points = np.arange(point[0], len(track.row))
+    turn = np.searchsorted(point, points)
     reached = known[np.minimum(turn, len(known) - 1)]
     first, last = known[np.maximum(turn - 1, 0)], np.minimum(reached + 1, len(path) - 1)
+    # Beside locations that the program misses a point has many chords: not all of them are held at once.
+    part = np.cumsum(last - first) // MOST_CHORDS
+    parts = np.split(np.arange(len(points)), np.flatnonzero(np.diff(part)) + 1)
+    course = Course.of(path)
+    off = [_off_chords(track, path, course, axes, points[k], first[k], reached[k]) for k in parts]
+    return np.concatenate(off)
+
+
+def _off_chords(
+    track: Track,
+    path: Toolpath,
+    course: Course,
+    axes: Array,
+    points: IntArray,
+    first: IntArray,
+    reached: IntArray,
+) -> Array:
+    """Measure how far points, (m,), are off the chords from `first`, (m,), to after `reached`, (m,); mm."""
+    centre, axis, off_axis = track.centre[points], track.axis[points], bool(path.zone.offset)
+    last = np.minimum(reached + 1, len(path) - 1)
     # Each point with each of its chords, by the location at which that begins.
     chords = last - first
-    of = np.repeat(np.arange(len(turn)), chords)
+    of = np.repeat(np.arange(len(points)), chords)
     move = first[of] + np.arange(len(of)) - np.repeat(np.cumsum(chords) - chords, chords)
 
     def wanted(j: IntArray, points: IntArray) -> Array:
@@ -301,14 +322,14 @@ def _off(track: Track, path: Toolpath, axes: Array, known: IntArray, point: IntA
     if not off_axis:
         bent = np.flatnonzero(course.curved[move + 1])
         gaps[bent] = np.minimum(gaps[bent], course.distances(move[bent] + 1, centre[of[bent]]))
-    least = np.linalg.norm(centre - wanted(first, np.arange(len(turn))), axis=1)
+    least = np.linalg.norm(centre - wanted(first, np.arange(len(points))), axis=1)
     np.minimum.at(least, of, gaps)
     if off_axis:
         far = np.flatnonzero(least[of] > PATH_TOLERANCE)
         by_pivot, _ = pivot_shares(path, course, move[far], centre[of[far]], axis[of[far]])
         np.fmin.at(least, of[far], by_pivot)
     links, rapids = (_any_within(path.kind == kind, first, last) for kind in (MoveKind.LINK, MoveKind.RAPID))
-    least[(off_axis & links) | (rapids & track.rapid[point[0] :])] = np.nan
+    least[(off_axis & links) | (rapids & track.rapid[points])] = np.nan
     # Inserted locations keep the centre's path to this.
     allowed = np.full(len(least), PATH_TOLERANCE)
     if path.slack is not None:
