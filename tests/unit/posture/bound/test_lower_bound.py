@@ -197,11 +197,11 @@ def test_one_location_costs_nothing_and_a_location_without_posture_has_no_finite
 
 
 @pytest.mark.slow
-def test_the_vase_is_proven_to_ten_percent(hayashi, vase):
-    """With eight times the work it is eight."""
-    bound = bound_travel(vase, hayashi, tilt_bounds(vase, (15, 75)), work=1e9)
+@pytest.mark.parametrize(("work", "gap"), [(1e9, 0.10), pytest.param(8e9, 0.08, marks=pytest.mark.release)])
+def test_the_vase_is_proven_to_a_few_percent(hayashi, vase, work, gap):
+    bound = bound_travel(vase, hayashi, tilt_bounds(vase, (15, 75)), work=work)
     # The best known path costs 7 424 J.
-    assert bound.gap(7424.0) < 0.1
+    assert bound.gap(7424.0) < gap
     assert bound.total < 7423.9
 
 

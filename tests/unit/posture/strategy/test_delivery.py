@@ -155,8 +155,9 @@ def test_the_table_of_its_motion_becomes_the_same_program(wall, solution, hayash
     )
     number = re.compile(r"-?\d+\.\d{6}")
     assert [number.sub("", line) for line in words] == [number.sub("", line) for line in again]
-    values = (np.array(number.findall(" ".join(lines)), float) for lines in (words, again))
-    np.testing.assert_allclose(*values, rtol=0.0, atol=1.5e-6)
+    values, rounded = (np.array(number.findall(" ".join(lines)), float) for lines in (words, again))
+    np.testing.assert_allclose(values, rounded, rtol=0.0, atol=1.01e-6)
+    assert np.count_nonzero(values != rounded) <= 1
     np.testing.assert_allclose(np.array(rates, float), np.array(rates_again, float), rtol=1e-6)
 
 
