@@ -287,23 +287,21 @@ def require_clear(admits: Accessibility, machine: Machine, constraints: Constrai
         return
     path, bounds = admits.toolpath, constraints.lean_bounds(admits.toolpath)
 
-    def blocked(row: int, axes: Array, fewest: int) -> bool:
-        """Check whether no direction is clear, of as many as that or more."""
-        inside = axes[bounds.admits(axes[None], np.array([row]))[0]]
-        if len(inside) < fewest:
-            return False
-        reached = inside
-        for some in (inside[::SOME], inside):
-            at = np.full(len(some), row)
-            reached = some[postures(machine, path.at(at), some).allowed.any(axis=0)]
-            if admits.clear(np.full(len(reached), row), reached).any():
-                return False
-        return len(reached) >= fewest
+    def blocked(rows: IntArray, axes: Array, fewest: int) -> IntArray:
+        """Find the locations, (r,), at which no direction is clear, of as many as that or more."""
+        for some, least in ((axes[::SOME], 0), (axes, fewest)):
+            at, which = np.nonzero(bounds.admits(np.broadcast_to(some, (len(rows), *some.shape)), rows))
+            if len(at):
+                reached = postures(machine, path.at(rows[at]), some[which]).allowed.any(axis=0)
+                at, which = at[reached], which[reached]
+            closed = np.bincount(at, minlength=len(rows)) >= least
+            closed[at[admits.clear(rows[at], some[which])]] = False
+            rows = rows[closed]
+        return rows
 
     few, many = (cell_centres(np.arange(count * count), count) for count in (CELLS, DENSER * CELLS))
     rows = spread(path.pivot, np.flatnonzero(path.bounding & np.isfinite(bounds.reference).all(axis=1)))
-    doubtful = [int(row) for row in rows if blocked(int(row), few, 1)]
-    lost = [row for row in doubtful[:MOST_REPEATED] if blocked(row, many, FEWEST)]
+    lost = blocked(blocked(rows, few, 1)[:MOST_REPEATED], many, FEWEST).tolist()
     if not lost:
         return
     text = f"{OF_BODIES.none}; widen the tilt range or {OF_BODIES.remedy}"

@@ -97,12 +97,12 @@ class TriangleTree:
 def _in_leaves(centres: Array, leaves: int) -> IntArray:
     """Halve nodes down to leaves: rows of centres, (f, 3) mm, some of them twice to fill all leaves."""
     rows = np.sort(np.resize(np.arange(len(centres)), leaves * LEAF))
-    places = centres[rows]
+    places = np.asfortranarray(centres[rows])
     # Ranks, unlike coordinates, are never equal, so that halves are the same on every processor.
     ranks = np.argsort(np.argsort(places, axis=0, kind="stable"), axis=0)
     nodes = np.arange(len(rows))[None]
     while len(nodes) < leaves:
-        longest = np.ptp(places[nodes], axis=1).argmax(axis=1)
+        longest = np.argmax([np.ptp(one[nodes], axis=1) for one in places.T], axis=0)
         halves = np.argpartition(ranks[nodes, longest[:, None]], nodes.shape[1] // 2, axis=1)
         nodes = np.take_along_axis(nodes, halves, axis=1).reshape(2 * len(nodes), -1)
     return rows[np.sort(nodes, axis=1)].ravel()
@@ -110,8 +110,10 @@ def _in_leaves(centres: Array, leaves: int) -> IntArray:
 
 def _boxes(triangles: Array, leaves: int) -> Array:
     """Compute the boxes of a tree, (2 * leaves, 2, 3) mm, from its triangles in the order of the leaves."""
-    corners, boxes = triangles.reshape(leaves, -1, 3), np.zeros((2 * leaves, 2, 3))
-    boxes[leaves:, 0], boxes[leaves:, 1] = corners.min(axis=1), corners.max(axis=1)
+    boxes = np.zeros((2 * leaves, 2, 3))
+    for k in range(3):
+        corners = triangles[..., k].reshape(leaves, -1)
+        boxes[leaves:, 0, k], boxes[leaves:, 1, k] = corners.min(axis=1), corners.max(axis=1)
     while leaves > 1:
         children, leaves = boxes[leaves : 2 * leaves].reshape(-1, 2, 2, 3), leaves // 2
         parents = boxes[leaves : 2 * leaves]

@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from threading import Lock
 from typing import Any
 
@@ -53,7 +54,6 @@ class Accessibility:
     machine: Machine
     obstacles: Sequence[Obstacle | ShrinkingStock]
     tested: int = 0
-    _slots: dict[int, int] = field(default_factory=dict, repr=False)
     _map: Array = field(default_factory=lambda: np.zeros((0, CELLS * CELLS), dtype=np.uint8), repr=False)
     _lock: Any = field(default_factory=Lock, repr=False)
 
@@ -89,21 +89,25 @@ class Accessibility:
         with self._lock:
             return self._look_up(rows, cells_of(tool_axes(self.machine, rotary), CELLS)) == CLEAR
 
+    @cached_property
+    def _slots(self) -> IntArray:
+        """(n,), the row of the map that each location has; −1 for none."""
+        return np.full(len(self.toolpath), -1)
+
     def _tips(self, rows: IntArray, axis: Array) -> Array:
         path = self.toolpath
         return path.zone.tip(path.pivot[rows], np.nan_to_num(path.normal[rows]), axis)
 
     def _look_up(self, rows: IntArray, cells: IntArray) -> Array:
-        kinds, which = np.unique(rows, return_inverse=True)
-        new = [int(row) for row in kinds if int(row) not in self._slots]
-        for row in new:
-            self._slots[row] = len(self._slots)
-        if len(self._slots) > len(self._map):
-            # Twice as many as needed: locations come a few at a time.
-            more = np.zeros((2 * len(self._slots) - len(self._map), CELLS * CELLS), dtype=np.uint8)
-            self._map = np.concatenate([self._map, more])
-        slots = np.array([self._slots[int(row)] for row in kinds], dtype=np.int64)[which]
-        keys, flat = slots * (CELLS * CELLS) + cells, self._map.reshape(-1)
+        new = np.unique(rows[self._slots[rows] < 0])
+        if len(new):
+            used = int(self._slots.max()) + 1
+            self._slots[new] = used + np.arange(len(new))
+            if used + len(new) > len(self._map):
+                # Twice as many as needed: locations come a few at a time.
+                more = 2 * (used + len(new)) - len(self._map)
+                self._map = np.concatenate([self._map, np.zeros((more, CELLS * CELLS), dtype=np.uint8)])
+        keys, flat = self._slots[rows] * (CELLS * CELLS) + cells, self._map.reshape(-1)
         unknown = np.flatnonzero(flat[keys] == UNKNOWN)
         if len(unknown):
             new_keys, first = np.unique(keys[unknown], return_index=True)

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fiveaxis.base import Array, BoolArray, IntArray, at_once, compiled, inner
+from fiveaxis.base import Array, BoolArray, IntArray, at_once, compiled, innermost
 from fiveaxis.cam import STACK, Mesh, TriangleTree, kept_by_mesh, tree_of
 from fiveaxis.model import Tool
 
@@ -34,7 +34,6 @@ Place = tuple[float, float, float]
 # A slab as a tool sees it: its normal along the axis and across it, the offset of its middle, and its half
 # thickness, mm.
 Seen = tuple[float, float, float, float]
-EVERYWHERE: Seen = 0.0, 1.0, 0.0, 0.0
 # Triangles, nodes and slabs of an obstacle, as of `Obstacle`.
 Tree = tuple[Array, Array, Array]
 # A triangle clipped to a slab has no more corners than this.
@@ -247,7 +246,7 @@ def _slabs_of(points: Array, normals: Array) -> Array:
     """Find the slabs, (m, 5), of points, (m, k, 3) mm, along normals, (m, 3) of any length; 0 without one."""
     length = np.linalg.norm(normals, axis=1, keepdims=True)
     unit = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0.0)
-    along = np.sum(points * unit[:, None], axis=2)
+    along = sum(points[..., k] * unit[:, None, k] for k in range(3))
     low, high = along.min(axis=1), along.max(axis=1)
     return np.column_stack([unit, (low + high) / 2.0, (high - low) / 2.0])
 
@@ -258,34 +257,37 @@ def _meets_all(
 ) -> BoolArray:
     """Find which tools with tips, (m, 3) mm, and axes, (m, 3), meet a triangle; (m,).
 
-    Solid by solid, as each rules out other parts of the tree.
+    Solid by solid, as each rules out other parts of the tree. What one tool meets the next is likely to meet.
     """
     met = np.zeros(len(tip), dtype=np.bool_)
     polygon, cut = np.empty((CORNERS, 3)), np.empty((CORNERS, 3))
     stack = np.empty(STACK, dtype=np.int64)
     for solid in range(len(begin) - 1):
-        own = frusta[begin[solid] : begin[solid + 1]]
+        own, last = frusta[begin[solid] : begin[solid + 1]], 0
         for i in range(len(tip)):
             if not met[i]:
                 place, along = (tip[i, 0], tip[i, 1], tip[i, 2]), (axis[i, 0], axis[i, 1], axis[i, 2])
-                met[i] = _meets(place, along, own, tree, stack, polygon, cut)
+                stack[0], stack[1] = 1, last
+                leaf = _met_leaf(place, along, own, tree, stack, 1 + (last > 0), polygon, cut)
+                met[i], last = leaf > 0, leaf or last
     return met
 
 
-@inner
-def _meets(
-    tip: Place, axis: Place, frusta: Array, tree: Tree, stack: IntArray, polygon: Array, cut: Array
-) -> bool:
+@innermost
+def _met_leaf(
+    tip: Place, axis: Place, frusta: Array, tree: Tree, stack: IntArray, top: int, polygon: Array, cut: Array
+) -> int:
+    """Find a leaf of which a triangle is met, below the nodes that wait in the stack; 0 for none."""
     triangles, nodes, slabs = tree
     leaves = len(nodes) // 2
     leaf = len(triangles) // leaves
     across, beside = _frame(axis)
-    top = 1
-    stack[0] = 1
     while top > 0:
         top -= 1
         node = stack[top]
-        if not near_box(tip, axis, frusta, nodes, node, _seen(tip, axis, nodes, node, 6)):
+        if not near_box(tip, axis, frusta, nodes, node):
+            continue
+        if not _any_in_slab(_seen(tip, axis, nodes, node, 6), frusta):
             continue
         if node < leaves:
             stack[top] = 2 * node
@@ -303,11 +305,11 @@ def _meets(
                     _place(tip, across, beside, axis, triangles[t], polygon)
                     near = True
                 if _triangle_meets(polygon, frusta[f], cut):
-                    return True
-    return False
+                    return node
+    return 0
 
 
-@inner
+@innermost
 def _place(tip: Place, across: Place, beside: Place, axis: Place, triangle: Array, corners: Array) -> None:
     """Set a triangle's corners, (3, 3) mm, in the tool's frame."""
     for k in range(3):
@@ -317,7 +319,7 @@ def _place(tip: Place, across: Place, beside: Place, axis: Place, triangle: Arra
         corners[k, 2] = x * axis[0] + y * axis[1] + z * axis[2]
 
 
-@inner
+@innermost
 def _seen(tip: Place, axis: Place, slabs: Array, row: int, first: int) -> Seen:
     """See a slab, in columns of a row from `first` on, from a tool; one without a normal is everywhere."""
     x, y, z = slabs[row, first], slabs[row, first + 1], slabs[row, first + 2]
@@ -326,7 +328,7 @@ def _seen(tip: Place, axis: Place, slabs: Array, row: int, first: int) -> Seen:
     return upright, np.sqrt(max(1.0 - upright * upright, 0.0)), offset, slabs[row, first + 4] + APART
 
 
-@inner
+@innermost
 def _in_slab(seen: Seen, frusta: Array, f: int) -> bool:
     """Check whether a frustum may reach into a slab: never False where it does."""
     upright, aside, offset, room = seen
@@ -335,7 +337,15 @@ def _in_slab(seen: Seen, frusta: Array, f: int) -> bool:
     return min(low - wide, high - wider) <= 0.0 <= max(low + wide, high + wider)
 
 
-@inner
+@innermost
+def _any_in_slab(seen: Seen, frusta: Array) -> bool:
+    for f in range(len(frusta)):
+        if _in_slab(seen, frusta, f):
+            return True
+    return False
+
+
+@innermost
 def _frame(axis: Place) -> tuple[Place, Place]:
     """Return two unit vectors at right angles to an axis and to each other.
 
@@ -353,9 +363,9 @@ def _frame(axis: Place) -> tuple[Place, Place]:
     return a, b
 
 
-@inner
-def near_box(tip: Place, axis: Place, frusta: Array, boxes: Array, row: int, slab: Seen) -> bool:
-    """Check whether a box, by its middle and half sides, may meet a frustum in its slab: never False if so.
+@innermost
+def near_box(tip: Place, axis: Place, frusta: Array, boxes: Array, row: int) -> bool:
+    """Check whether a box, by its middle and half sides, may meet a frustum: never False where it does.
 
     At any one height they are separate if they are so along the direction from the axis to the box's centre.
     """
@@ -370,16 +380,16 @@ def near_box(tip: Place, axis: Place, frusta: Array, boxes: Array, row: int, sla
     # Both sides are multiplied by `out`, which may be 0.
     for f in range(len(frusta)):
         low, high = max(frusta[f, 0], height - half_height), min(frusta[f, 2], height + half_height)
-        if low > high:
+        if low > high or away > max(frusta[f, 1], frusta[f, 3]) * out:
             continue
         slope = (frusta[f, 3] - frusta[f, 1]) / (frusta[f, 2] - frusta[f, 0])
         widest = frusta[f, 1] + slope * ((high if slope > 0.0 else low) - frusta[f, 0])
-        if away <= widest * out and _in_slab(slab, frusta, f):
+        if away <= widest * out:
             return True
     return False
 
 
-@inner
+@innermost
 def _triangle_meets(corners: Array, frustum: Array, cut: Array) -> bool:
     """Check whether a triangle in the tool's frame, (3, 3) mm, reaches into a frustum."""
     z0, r0, z1, r1 = frustum[0], frustum[1], frustum[2], frustum[3]
@@ -405,7 +415,7 @@ def _triangle_meets(corners: Array, frustum: Array, cut: Array) -> bool:
     return left != right
 
 
-@inner
+@innermost
 def _clip_to_slab(corners: Array, z0: float, z1: float, cut: Array) -> int:
     """Clip a triangle to the heights z0 to z1; return the number of the polygon's corners."""
     count = 0
@@ -413,7 +423,8 @@ def _clip_to_slab(corners: Array, z0: float, z1: float, cut: Array) -> int:
         j = (k + 1) % 3
         za, zb = corners[k, 2], corners[j, 2]
         if z0 <= za <= z1:
-            cut[count] = corners[k]
+            for c in range(3):
+                cut[count, c] = corners[k, c]
             count += 1
         # Crossings in the order in which the edge meets the two planes.
         first, second = (z0, z1) if zb > za else (z1, z0)
@@ -427,7 +438,7 @@ def _clip_to_slab(corners: Array, z0: float, z1: float, cut: Array) -> int:
     return count
 
 
-@inner
+@innermost
 def _least_on_edge(ax: float, ay: float, az: float, dx: float, dy: float, dz: float, slope: float) -> float:
     """Minimum of ``ρ − slope z`` along the edge from a to a + d."""
     along = dx * dx + dy * dy

@@ -145,7 +145,7 @@ def mesh_piece(vertices: Array, faces: IntArray, frame: Array, *, closed: bool) 
     order = _leaf_order(triangles.mean(axis=1))
     bodies = np.zeros((len(order), 3, 4))
     bodies[:, :, :3] = triangles[order]
-    return Piece(bodies, _boxes(triangles[order]), frame, triangles[0, 0], triangles, closed)
+    return Piece(bodies, _boxes(bodies), frame, triangles[0, 0], triangles, closed)
 
 
 def _leaf_order(middles: Array) -> IntArray:
@@ -157,11 +157,11 @@ def _leaf_order(middles: Array) -> IntArray:
     while leaves * LEAF < len(middles):
         leaves *= 2
     order = np.sort(np.resize(np.arange(len(middles)), leaves * LEAF))
-    nodes = 1
+    nodes, places = 1, np.asfortranarray(middles)
     while nodes < leaves:
         rows = order.reshape(nodes, -1)
-        along = np.ptp(middles[rows], axis=1).argmax(axis=1)
-        ranks = np.argsort(middles[rows, along[:, None]], axis=1, kind="stable")
+        along = np.argmax([np.ptp(one[rows], axis=1) for one in places.T], axis=0)
+        ranks = np.argsort(places[rows, along[:, None]], axis=1, kind="stable")
         order = np.take_along_axis(rows, ranks, axis=1).ravel()
         nodes *= 2
     return order
@@ -170,9 +170,10 @@ def _leaf_order(middles: Array) -> IntArray:
 def _boxes(ordered: Array) -> Array:
     """Compute the boxes of a tree's nodes, (2 * leaves, 2, 3) mm, of triangles in the leaves' order."""
     leaves = len(ordered) // LEAF
-    corners = ordered.reshape(leaves, -1, 3)
     boxes = np.zeros((2 * leaves, 2, 3))
-    boxes[leaves:] = np.stack([corners.min(axis=1), corners.max(axis=1)], axis=1)
+    for k in range(3):
+        corners = ordered[..., k].reshape(leaves, -1)
+        boxes[leaves:, 0, k], boxes[leaves:, 1, k] = corners.min(axis=1), corners.max(axis=1)
     while leaves > 1:
         pairs = boxes[leaves : 2 * leaves].reshape(-1, 2, 2, 3)
         leaves //= 2

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fiveaxis.base import Array, BoolArray, IntArray, compiled
 from fiveaxis.cam import STACK, segment_gap
-from fiveaxis.check.collision.obstacles import EVERYWHERE, Solid, in_chunks, near_box
+from fiveaxis.check.collision.obstacles import Solid, in_chunks, near_box
 from fiveaxis.check.stock.cutting import Blank
 from fiveaxis.check.stock.rays import covered
 from fiveaxis.model import MoveKind, Toolpath
@@ -141,7 +141,7 @@ def _meets_all(
                 size = side[d] * 2.0**level
                 box[0, d] = low[d] + (stack[top, d + 1] + 0.5) * size
                 box[0, 3 + d] = size / 2.0 if level else 0.0
-            if not near_box(place, along, frusta, box, 0, EVERYWHERE):
+            if not near_box(place, along, frusta, box, 0):
                 continue
             if level == 0:
                 met[m] = True
