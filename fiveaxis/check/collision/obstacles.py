@@ -233,10 +233,10 @@ def _slabs(triangles: Array, boxes: Array) -> tuple[Array, Array]:
     the slab holds their corners whatever that is.
     """
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    nodes, count = np.zeros((len(boxes), 11)), len(boxes) // 2
+    nodes, count, along = np.zeros((len(boxes), 11)), len(boxes) // 2, normals
     nodes[:, :3], nodes[:, 3:6] = boxes.mean(axis=1), (boxes[:, 1] - boxes[:, 0]) / 2.0
     while count:
-        along = normals.reshape(count, -1, 3).sum(axis=1)
+        along = along.reshape(count, -1, 3).sum(axis=1)
         nodes[count : 2 * count, 6:] = _slabs_of(triangles.reshape(count, -1, 3), along)
         count //= 2
     return nodes, _slabs_of(triangles, normals)

@@ -132,15 +132,16 @@ def _pinocchio_link_poses(pin: Any, built: ToolModel, links: tuple[str, ...]) ->
     pin.forwardKinematics(model, data, np.zeros(model.nq))
     home = [pose.homogeneous.copy() for pose in data.oMi]
     back = inverse_transform(np.array(home))
+    # Views of the joints' poses, which every call updates.
+    turned, moved = [pose.rotation for pose in data.oMi], [pose.translation for pose in data.oMi]
 
     def poses(positions: Array) -> Mapping[str, Array]:
         rows = np.ascontiguousarray(positions[:, built.columns])
-        placed = np.empty((len(rows), len(links), 4, 4))
+        placed = np.tile(np.eye(4), (len(rows), len(links), 1, 1))
         for i, row in enumerate(rows):
             pin.forwardKinematics(model, data, row)
-            for j, pose in enumerate(data.oMi):
-                placed[i, j] = pose.homogeneous
-        moved = product(placed, back)
-        return {link: moved[:, j] for j, link in enumerate(links)}
+            placed[i, :, :3, :3], placed[i, :, :3, 3] = turned, moved
+        away = product(placed, back)
+        return {link: away[:, j] for j, link in enumerate(links)}
 
     return poses

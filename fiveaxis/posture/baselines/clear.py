@@ -35,8 +35,8 @@ ANGLES = np.radians(np.arange(0.0, 360.0, 15.0))
 ASIDE = np.radians([7.5, 3.75, 1.875])
 # Rings queried after the first clear posture: a neighbour may pass on another side.
 MORE_RINGS = 1
-# Bisections between a refused ring and a clear one.
-HALVINGS = 6
+# Bisections between a refused ring and a clear one, in every direction, and again in the one that is chosen.
+HALVINGS = 3
 # Weight of turning beyond the bound of a move, relative to distance from the baseline.
 TOO_FAR = 1e3
 
@@ -89,7 +89,7 @@ class _Clear:
         rows = np.flatnonzero(~self.mask.admits(np.arange(len(rotary)), rotary))
         if not len(rows):
             return rotary
-        every = self._distances(rows, rotary[rows])
+        inner, every = self._distances(rows, rotary[rows])
         none = rows[~np.isfinite(every).any(axis=1)]
         if len(none):
             raise NoBaseline(
@@ -97,8 +97,9 @@ class _Clear:
                 f"within {np.degrees(RINGS[-1]):.0f} deg, first location {none[0]}"
             )
         taken = self._directions(rows, every, rotary)
-        far, angle = every[np.arange(len(rows)), taken], ANGLES[taken]
-        paths = []
+        angle, paths = ANGLES[taken], []
+        spread = (found[np.arange(len(rows)), taken] for found in (inner, every))
+        _, far = self._between(rows, rotary[rows], angle, *spread)
         # Postures that were moved nearer one by one may need larger turns in between than before.
         for away in (self._nearest(rows, rotary[rows], angle, far), far[:, None] * _direction(angle)):
             path = rotary.copy()
@@ -128,10 +129,11 @@ class _Clear:
         admitted[at] = self.mask.admits(rows[at], rotary[at])
         return admitted
 
-    def _distances(self, rows: IntArray, rotary: Array) -> Array:
+    def _distances(self, rows: IntArray, rotary: Array) -> tuple[Array, Array]:
         """Query rings around refused postures, (r, 2) rad, from the innermost outwards.
 
-        Found is how far the nearest clear posture in a direction is, (r, d) rad; infinite if there is none.
+        Found is how far the last refused and the nearest clear posture in a direction are, (r, d) rad each;
+        the latter is infinite if there is none.
         """
         inner, outer = np.zeros((len(rows), len(ANGLES))), np.full((len(rows), len(ANGLES)), np.inf)
         left = np.full(len(rows), len(RINGS))
@@ -145,9 +147,10 @@ class _Clear:
             found = np.isfinite(outer).any(axis=1)
             left = np.where(found, np.minimum(left, MORE_RINGS + 1) - 1, left)
         at, direction = np.nonzero(np.isfinite(outer))
-        spread = outer[at, direction], inner[at, direction]
-        outer[at, direction] = self._nearer(rows[at], rotary[at], ANGLES[direction], spread[1], spread[0])
-        return outer
+        spread = inner[at, direction], outer[at, direction]
+        spread = self._between(rows[at], rotary[at], ANGLES[direction], *spread)
+        inner[at, direction], outer[at, direction] = spread
+        return inner, outer
 
     def _directions(self, rows: IntArray, every: Array, rotary: Array) -> IntArray:
         """Choose a direction for each refused location, (r,), by dynamic programming along runs of them.
@@ -189,16 +192,21 @@ class _Clear:
             inside = far * np.cos(0.5 * turn)
             at = np.flatnonzero(self._admits(rows, rotary + inside[:, None] * _direction(angle + turn)))
             angle[at] += turn
-            far[at] = self._nearer(rows[at], rotary[at], angle[at], 0.5 * inside[at], inside[at])
+            spread = 0.5 * inside[at], inside[at]
+            for _ in range(2):
+                spread = self._between(rows[at], rotary[at], angle[at], *spread)
+            far[at] = spread[1]
         return far[:, None] * _direction(angle)
 
-    def _nearer(self, rows: IntArray, rotary: Array, angle: Array, inner: Array, outer: Array) -> Array:
-        """Bisect between refused and clear distances; the least clear ones found, (r,) rad."""
+    def _between(
+        self, rows: IntArray, rotary: Array, angle: Array, inner: Array, outer: Array
+    ) -> tuple[Array, Array]:
+        """Bisect between refused and clear distances; those nearest to each other that are found, (r,) rad."""
         for _ in range(HALVINGS):
             middle = 0.5 * (inner + outer)
             clear = self._admits(rows, rotary + middle[:, None] * _direction(angle))
             inner, outer = np.where(clear, inner, middle), np.where(clear, middle, outer)
-        return outer
+        return inner, outer
 
 
 def _direction(angle: Array) -> Array:
