@@ -350,7 +350,7 @@ class Attempts:
         baselines, missing = find_baselines(path, machine, bounds, options.checkpoint)
         compared = baselines
         if mask is not None:
-            compared, refused = moved_clear(baselines, problem, path, bounds, mask)
+            compared, refused = moved_clear(baselines, problem, path, mask)
             missing = missing | refused
         rotary = known
         if rotary is None and start is not None:

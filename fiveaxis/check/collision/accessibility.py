@@ -7,9 +7,9 @@ that reaches it. So answers are cached by location and by cell of tool-axis dire
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from threading import Lock
 from typing import Any
 
@@ -22,8 +22,10 @@ from fiveaxis.check.collision.shrinking import ShrinkingStock
 from fiveaxis.check.collision.surroundings import Clearances, Surroundings, shape_triangles
 from fiveaxis.model import CUTTER, SHANK, Cylinder, Machine, Tool, Toolpath, tool_axes
 
-# Cells per side of the map of directions: about 3 deg each, the spacing of a search's postures.
-CELLS = 64
+# Cells per side of the map of directions: about 4 deg each, near the spacing of a search's postures.
+CELLS = 48
+# Paths of which the answers are kept.
+PATHS = 4
 UNKNOWN, CLEAR, BLOCKED = 0, 1, 2
 logger = logging.getLogger(__name__)
 
@@ -59,7 +61,9 @@ class Accessibility:
 
     def __call__(self, rows: IntArray, rotary: Array) -> BoolArray:
         """Check exactly in which postures, (m, 2) rad, every solid is clear of every obstacle, (m,)."""
-        return self.clear(rows, tool_axes(self.machine, rotary))
+        if len(rows) < len(self.toolpath):
+            return self.clear(rows, tool_axes(self.machine, rotary))
+        return self._of_path(rows.tobytes(), rotary.tobytes()).copy()
 
     def clear(self, rows: IntArray, axis: Array) -> BoolArray:
         """Check exactly which tool axes, (m, 3) unit vectors in the workpiece frame, are clear; (m,)."""
@@ -88,6 +92,16 @@ class Accessibility:
         """Check which postures are clear at the centre of their cell; arguments as for `__call__`."""
         with self._lock:
             return self._look_up(rows, cells_of(tool_axes(self.machine, rotary), CELLS)) == CLEAR
+
+    @cached_property
+    def _of_path(self) -> Callable[[bytes, bytes], BoolArray]:
+        """Answers for a whole path, which is asked again where it is refined, priced and delivered."""
+
+        def clear(rows: bytes, rotary: bytes) -> BoolArray:
+            postures = np.frombuffer(rotary).reshape(-1, 2)
+            return self.clear(np.frombuffer(rows, dtype=np.int64), tool_axes(self.machine, postures))
+
+        return lru_cache(PATHS)(clear)
 
     @cached_property
     def _slots(self) -> IntArray:
@@ -123,11 +137,12 @@ def cells_of(directions: Array, count: int) -> IntArray:
     Unlike on a grid of longitude and latitude, neighbouring directions share a cell or lie in neighbouring
     ones, and the cells are of similar size.
     """
-    x, y, z = (directions / np.abs(directions).sum(axis=1, keepdims=True)).T
+    u, v, z = directions.T / np.abs(directions.T).sum(axis=0)
     # The lower half is folded outwards over the square's corners.
-    folded = 1.0 - np.abs(np.stack([y, x]))
-    u, v = np.where(z < 0.0, np.copysign(folded, np.stack([x, y])), np.stack([x, y]))
-    column, row = (np.clip(((c + 1.0) / 2.0 * count).astype(np.int64), 0, count - 1) for c in (u, v))
+    lower, folded = z < 0.0, np.copysign(1.0 - np.abs(v), u)
+    v = np.where(lower, np.copysign(1.0 - np.abs(u), v), v)
+    u = np.where(lower, folded, u)
+    column, row = (np.minimum(((c + 1.0) / 2.0 * count).astype(np.int64), count - 1) for c in (u, v))
     return np.asarray(row * count + column)
 
 

@@ -339,10 +339,10 @@ def _in_slab(seen: Seen, frusta: Array, f: int) -> bool:
 
 @innermost
 def _any_in_slab(seen: Seen, frusta: Array) -> bool:
+    near = False
     for f in range(len(frusta)):
-        if _in_slab(seen, frusta, f):
-            return True
-    return False
+        near = near or _in_slab(seen, frusta, f)
+    return near
 
 
 @innermost

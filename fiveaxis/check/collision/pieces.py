@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fiveaxis.base import Array, IntArray
+from fiveaxis.base import Array, BoolArray, IntArray
 
 # Triangles in a leaf of a mesh's tree.
 LEAF = 2
@@ -186,16 +186,20 @@ class PairQuery:
     """One pair of pieces, queried at many relative poses, (4, 4) mm: the mover's own frame in the other's."""
 
     def __init__(self, mover: Piece, other: Piece) -> None:
-        from fiveaxis.check.collision.tree_pair import depth_between, gap_between
+        from fiveaxis.check.collision.tree_pair import depth_between, gaps_between
 
         self._trees = other.bodies, other.boxes, mover.bodies, mover.boxes
-        self._gap, self._depth = gap_between, depth_between
+        self._gaps, self._depth = gaps_between, depth_between
         self.count = 0
+
+    def near(self, poses: Array, margins: Array) -> BoolArray:
+        """Check in which poses, (m, 4, 4), the pieces overlap or are nearer than margins, (m,) mm, ≥ 0."""
+        self.count += len(poses)
+        return np.asarray(self._gaps(self._trees, np.ascontiguousarray(poses), margins, False) <= margins)
 
     def nearer(self, pose: Array, margin: float) -> bool:
         """Check whether the pieces overlap or are nearer to each other than a margin, mm, 0 or more."""
-        self.count += 1
-        return bool(self._gap(*self._trees, np.ascontiguousarray(pose), float(margin), False) <= margin)
+        return bool(self.near(pose[None], np.array([margin]))[0])
 
     def depth(self, pose: Array) -> float:
         """Measure how far, mm, the mover has to move to leave the triangle that it is deepest in, or 0."""
@@ -205,4 +209,5 @@ class PairQuery:
     def gap(self, pose: Array, most: float) -> float:
         """Measure the gap between the pieces, mm, at most `most` and never too large."""
         self.count += 1
-        return float(min(self._gap(*self._trees, np.ascontiguousarray(pose), float(most), True), most))
+        gaps = self._gaps(self._trees, np.ascontiguousarray(pose[None]), np.array([most]), True)
+        return float(min(gaps[0], most))

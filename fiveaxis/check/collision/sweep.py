@@ -363,8 +363,8 @@ class _Search:
         apart = np.maximum(np.maximum(other.low - high, low - other.high), 0.0)
         near = np.linalg.norm(apart, axis=1) <= margins
         self.sweep.culled += int(len(near) - near.sum())
-        for i in np.flatnonzero(near if skip is None else near & ~skip).tolist():
-            near[i] = self.query.nearer(poses[i], float(margins[i]))
+        asked = np.flatnonzero(near if skip is None else near & ~skip)
+        near[asked] = self.query.near(poses[asked], margins[asked])
         return near
 
     def _judge(

@@ -13,6 +13,8 @@ import numpy as np
 from fiveaxis.base import Array, IntArray, compiled, innermost
 from fiveaxis.check.collision.convex_pair import MOST_CORNERS, MOST_FACES, TOUCHING, gap_bounds, overlap
 
+# Bodies and boxes of a `Piece`, and those of another.
+Pair = tuple[Array, Array, Array, Array]
 # Deep enough for any two trees: one pair of nodes waits at each of at most 62 levels of both.
 STACK = 128
 
@@ -70,19 +72,26 @@ def push_children(
 
 
 @compiled
-def gap_between(
-    bodies_a: Array, boxes_a: Array, bodies_b: Array, boxes_b: Array, pose: Array, most: float, exact: bool
-) -> float:
-    """Bound the gap between two pieces from below, mm, to `convex_pair.EXACT`; ∞ if it is over `most`, mm.
+def gaps_between(pair: Pair, poses: Array, most: Array, exact: bool) -> Array:
+    """Bound the gaps between two pieces from below, (m,) mm, to `convex_pair.EXACT`; ∞ if over `most`, (m,).
 
-    Unless it has to be exact, any number up to `most` will do where the gap isn't larger. Bodies and boxes
-    are those of a `Piece`; the pose, (4, 4) mm, is of b's frame in a's.
+    Unless they have to be exact, any number up to `most` will do where a gap isn't larger. The poses,
+    (m, 4, 4) mm, are of the second piece's frame in the first one's.
     """
+    gaps = np.empty(len(poses))
+    space = np.empty((STACK, 2), np.int64), np.empty(STACK), np.empty((7, 3))
+    for i in range(len(poses)):
+        gaps[i] = _gap(pair, poses[i], most[i], exact, space)
+    return gaps
+
+
+@innermost
+def _gap(pair: Pair, pose: Array, best: float, exact: bool, space: tuple[IntArray, Array, Array]) -> float:
+    (bodies_a, boxes_a, bodies_b, boxes_b), (waiting, bounds, simplex) = pair, space
     leaves_a, leaves_b = len(boxes_a) // 2, len(boxes_b) // 2
     width_a, width_b = len(bodies_a) // leaves_a, len(bodies_b) // leaves_b
-    waiting, bounds = np.empty((STACK, 2), np.int64), np.empty(STACK)
     waiting[0, 0], waiting[0, 1], bounds[0] = 1, 1, 0.0
-    count, found, best, simplex = 1, np.inf, most, np.empty((7, 3))
+    count, found = 1, np.inf
     while count > 0:
         count -= 1
         i, j = waiting[count, 0], waiting[count, 1]

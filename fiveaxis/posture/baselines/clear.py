@@ -13,15 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from fiveaxis.base import Array, BoolArray, IntArray, NoBaseline
-from fiveaxis.model import (
-    TiltBounds,
-    Toolpath,
-    follow,
-    linear_positions,
-    motion_energy,
-    tool_axes,
-    within_limits,
-)
+from fiveaxis.model import Toolpath, follow, motion_energy, within_limits
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Baseline
@@ -42,7 +34,7 @@ TOO_FAR = 1e3
 
 
 def moved_clear(
-    compared: Mapping[str, Baseline], problem: Problem, toolpath: Toolpath, bounds: TiltBounds, mask: Mask
+    compared: Mapping[str, Baseline], problem: Problem, toolpath: Toolpath, mask: Mask
 ) -> tuple[dict[str, Baseline], dict[str, str]]:
     """Move baselines where a mask refuses them to the nearest postures that mask and bounds admit.
 
@@ -51,7 +43,7 @@ def moved_clear(
     a detour. A moved posture keeps the bounds on the lean, and the problem's on turns. Moved baselines have a
     note; those without a clear path are returned apart, with the reason.
     """
-    clear, machine = _Clear(problem, toolpath, bounds, mask), problem.machine
+    clear, machine = _Clear(problem, mask), problem.machine
     kept, missing = dict(compared), {}
     for name, baseline in compared.items():
         rotary = baseline.motion.positions[:, machine.rotary_columns]
@@ -77,8 +69,6 @@ class _Clear:
     """What a moved baseline has to keep; parameters as for `moved_clear`."""
 
     problem: Problem
-    toolpath: Toolpath
-    bounds: TiltBounds
     mask: Mask
 
     def moved(self, rotary: Array) -> Array:
@@ -118,10 +108,8 @@ class _Clear:
         """Check which postures, (m, 2) rad, keep bounds, limits and mask; the mask is queried last."""
         if not len(rows):
             return np.zeros(0, dtype=bool)
-        machine = self.problem.machine
-        axis = tool_axes(machine, rotary)
-        positions = linear_positions(machine, self.toolpath.at(rows).tips(axis), rotary)
-        admitted: BoolArray = within_limits(machine, positions) & self.bounds.admits(axis, rows)
+        positions, excess = self.problem.placed(rows, rotary)
+        admitted: BoolArray = within_limits(self.problem.machine, positions) & (excess <= 0.0)
         at = np.flatnonzero(admitted)
         if self.mask.rough is not None:
             at = at[self.mask.roughly_admits(rows[at], rotary[at])]
@@ -159,17 +147,15 @@ class _Clear:
         beyond the bound of a move is a last resort.
         """
         taken = np.empty(len(rows), dtype=np.int64)
+        away = np.where(np.isfinite(every), every, 0.0)[..., None] * _direction(ANGLES)
         runs = np.split(np.arange(len(rows)), np.flatnonzero(np.diff(rows) > 1) + 1)
         for run in runs:
-            cost, came = np.zeros(1), []
-            offsets = [np.zeros((1, 2))]
+            cost, came, last = np.zeros(1), [], np.zeros((1, 2))
             for k in run:
-                far = np.where(np.isfinite(every[k]), every[k], 0.0)
-                offsets.append(far[:, None] * _direction(ANGLES))
-                step = cost[:, None] + self._change(rows[k] - 1, rotary, *offsets[-2:])
+                step = cost[:, None] + self._change(rows[k] - 1, rotary, last, away[k])
                 came.append(step.argmin(axis=0))
-                cost = step.min(axis=0) + every[k]
-            cost = cost + self._change(rows[run[-1]], rotary, offsets[-1], np.zeros((1, 2)))[:, 0]
+                cost, last = step.min(axis=0) + every[k], away[k]
+            cost = cost + self._change(rows[run[-1]], rotary, last, np.zeros((1, 2)))[:, 0]
             state = int(cost.argmin())
             for k, back in zip(run[::-1], came[::-1], strict=True):
                 taken[k], state = state, int(back[state])
@@ -201,7 +187,7 @@ class _Clear:
     def _between(
         self, rows: IntArray, rotary: Array, angle: Array, inner: Array, outer: Array
     ) -> tuple[Array, Array]:
-        """Bisect between refused and clear distances; those nearest to each other that are found, (r,) rad."""
+        """Bisect between refused and clear distances; the nearest two that are found, (r,) rad each."""
         for _ in range(HALVINGS):
             middle = 0.5 * (inner + outer)
             clear = self._admits(rows, rotary + middle[:, None] * _direction(angle))

@@ -1,5 +1,6 @@
 """Baselines under a mask: nearest clear postures, and no others changed."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -40,7 +41,7 @@ def plain():
 
 
 def moved(function):
-    return moved_clear(plain(), PROBLEM, PATH, BOUNDS, Mask(function))
+    return moved_clear(plain(), PROBLEM, PATH, Mask(function))
 
 
 def angles(baseline) -> np.ndarray:
@@ -84,7 +85,7 @@ def test_beyond_a_half_plane_the_nearest_posture_lies_square_to_its_edge():
 
     # A wide range, at whose edge no baseline lies.
     wide = tilt_bounds(PATH, (0, 89))
-    kept, _ = moved_clear(plain(), PROBLEM, PATH, wide, Mask(mask))
+    kept, _ = moved_clear(plain(), replace(PROBLEM, bounds=wide.all), PATH, Mask(mask))
     away = angles(kept["normal"])[20] - here
     assert np.linalg.norm(away) == pytest.approx(3.0 * DEGREE, rel=0.02)
     assert away @ square == pytest.approx(3.0 * DEGREE, rel=0.02)
@@ -119,7 +120,7 @@ def test_what_can_only_turn_too_far_is_missing():
         return (rows != 20) | (np.linalg.norm(rotary - own[20], axis=1) > 12.0 * DEGREE)
 
     only = {"normal": plain()["normal"]}
-    kept, missing = moved_clear(only, narrow, PATH, BOUNDS, Mask(mask))
+    kept, missing = moved_clear(only, narrow, PATH, Mask(mask))
     assert kept == {}
     assert "turns too far" in missing["normal"]
 
