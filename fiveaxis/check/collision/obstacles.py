@@ -279,31 +279,25 @@ def _met_leaf(
 ) -> int:
     """Find a leaf of which a triangle is met, below the nodes that wait in the stack; 0 for none."""
     triangles, nodes, slabs = tree
-    leaves = len(nodes) // 2
-    leaf = len(triangles) // leaves
+    leaves, leaf = len(nodes) // 2, 2 * len(triangles) // len(nodes)
     across, beside = _frame(axis)
     while top > 0:
         top -= 1
         node = stack[top]
         if not near_box(tip, axis, frusta, nodes, node):
             continue
-        if not _any_in_slab(_seen(tip, axis, nodes, node, 6), frusta):
+        if not _in_slab(_seen(tip, axis, nodes, node, 6), frusta):
             continue
         if node < leaves:
-            stack[top] = 2 * node
-            stack[top + 1] = 2 * node + 1
+            stack[top], stack[top + 1] = 2 * node, 2 * node + 1
             top += 2
             continue
-        first = (node - leaves) * leaf
-        for t in range(first, first + leaf):
-            seen, near = _seen(tip, axis, slabs, t, 0), False
+        for t in range((node - leaves) * leaf, (node - leaves + 1) * leaf):
+            # Most frusta lie on one side of the triangle's plane, which is seen at once.
+            if not _in_slab(_seen(tip, axis, slabs, t, 0), frusta):
+                continue
+            _place(tip, across, beside, axis, triangles[t], polygon)
             for f in range(len(frusta)):
-                # Most frusta lie on one side of the triangle's plane, which is seen at once.
-                if not _in_slab(seen, frusta, f):
-                    continue
-                if not near:
-                    _place(tip, across, beside, axis, triangles[t], polygon)
-                    near = True
                 if _triangle_meets(polygon, frusta[f], cut):
                     return node
     return 0
@@ -329,19 +323,14 @@ def _seen(tip: Place, axis: Place, slabs: Array, row: int, first: int) -> Seen:
 
 
 @innermost
-def _in_slab(seen: Seen, frusta: Array, f: int) -> bool:
-    """Check whether a frustum may reach into a slab: never False where it does."""
+def _in_slab(seen: Seen, frusta: Array) -> bool:
+    """Check whether one of the frusta may reach into a slab: never False where one does."""
     upright, aside, offset, room = seen
-    low, high = upright * frusta[f, 0] - offset, upright * frusta[f, 2] - offset
-    wide, wider = aside * frusta[f, 1] + room, aside * frusta[f, 3] + room
-    return min(low - wide, high - wider) <= 0.0 <= max(low + wide, high + wider)
-
-
-@innermost
-def _any_in_slab(seen: Seen, frusta: Array) -> bool:
     near = False
     for f in range(len(frusta)):
-        near = near or _in_slab(seen, frusta, f)
+        low, high = upright * frusta[f, 0] - offset, upright * frusta[f, 2] - offset
+        wide, wider = aside * frusta[f, 1] + room, aside * frusta[f, 3] + room
+        near = near or min(low - wide, high - wider) <= 0.0 <= max(low + wide, high + wider)
     return near
 
 
