@@ -1,4 +1,8 @@
-"""What the loops of the search over exact postures (`successor_kernel`) read, and what they fill in."""
+"""What the loops of the search over exact postures (`successor_kernel`) read, and what they fill in.
+
+Columns of one array where arrays would have the same rows: each array of a record is handed on as seven to
+eleven numbers, which takes longer to compile than what is done with it.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +15,13 @@ from fiveaxis.base import Array, BoolArray, IntArray
 # What a move asks of a posture, columns of `moves`: a row of the model, the shift of its value, the multiple
 # of the largest turn added to it, and the end of a bound that it lies on (0 low, 1 high; -1 for none).
 ROW, SHIFT, LARGEST, END = range(4)
+# Rows of axes' prices: of two, the first is while an axis value grows, and the second while it falls.
+STANDING, SLOPE, START, SLOW, REACH, LEAST, PACE = 0, 2, 4, 6, 7, 8, 9
+# Columns of candidates' numbers: the state that it comes from, how, its cell, and its place in the table.
+PARENT, MOVE, KEY, SLOT = range(4)
+# Columns of the model of second order, after those of `set_model`: the direction that a lean is measured
+# from, and how far a row may go. And of an axis, after how far it travels up and down, its value there.
+DIRECTION, FARTHEST, THERE = 6, 9, 2
 # Moves of a corridor: to the path's posture, and to its spin angle with the level held.
 ONTO_PATH, BESIDE_PATH = -1, -2
 # J, and J per mm, rad or cosine: prices of the path of a corridor where it breaks a bound.
@@ -31,67 +42,54 @@ class Locations(NamedTuple):
     Parameters
     ----------
     given : (n, 6), pivot, mm, and normal
-    references : (n, b, 3); zero where the tool is free
-    cosines : (n, b, 2), smallest and largest cosine; infinite where the tool is free
-    low, high : (k,), mm and rad
-    rotary : (2,), columns of the rotary axes
-    turn : (n − 1, 2), rad, largest of each step
-    singular : (3,), direction of the tool axis along which the first rotary axis turns nothing but the part
+    bounds : (n, b, 5), direction, and smallest and largest cosine to it; zero and infinite where the tool is
+        free
+    limits : (2, k), low and high, mm and rad
+    rotary : columns of the rotary axes
+    turn : (n − 1, 3), rad, largest of both axes in each step, and of the first within the cone
+    singular : direction of the tool axis along which the first rotary axis turns nothing but the part
     cone : cosine of the angle to it within which that axis is bounded; above 1 for none
-    cone_turn : (n − 1,), rad, its largest turn there
     """
 
     given: Array
-    references: Array
-    cosines: Array
-    low: Array
-    high: Array
-    rotary: IntArray
+    bounds: Array
+    limits: Array
+    rotary: tuple[int, int]
     turn: Array
-    singular: Array
+    singular: tuple[float, float, float]
     cone: float
-    cone_turn: Array
 
 
 class Prices(NamedTuple):
-    """Prices of n − 1 steps; the first index is 0 while an axis value grows, and 1 while it falls.
+    """Prices of n − 1 steps.
 
     Parameters
     ----------
-    standing, slope : as in `BlockCosts`
-    slow, reach : (n − 1, k), 1/mm and 1/rad, inverse of its travel at the slowest and the fastest speed
-    least : (n − 1, k), mm and rad, travel that counts as none
-    start : (2, n − 1, k), J, of an axis that didn't move this way in the step before
-    bend : (n − 1,), J/rad²
-    pace, time, delay : (k,) s/mm and s/rad at the highest speed; (n − 1,) s; J/s of what takes longer
+    axis : (n − 1, 10, k), by row: `STANDING` and `SLOPE` as in `BlockCosts`; `START`, J, of an axis that
+        didn't move this way in the step before; `SLOW` and `REACH`, 1/mm and 1/rad, inverse of its travel at
+        the slowest and the fastest speed; `LEAST`, mm and rad, travel that counts as none; `PACE`, s/mm and
+        s/rad at the highest speed
+    step : (n − 1, 2), J/rad² of turning, and time, s
+    delay : J/s of what takes longer
     """
 
-    standing: Array
-    slope: Array
-    slow: Array
-    reach: Array
-    least: Array
-    start: Array
-    bend: Array
-    pace: Array
-    time: Array
+    axis: Array
+    step: Array
     delay: float
 
 
 class Corridor(NamedTuple):
-    """The path that a search stays near, (n, 2) rad, and how near, (2,) rad; (0, 2) for none.
+    """The path that a search stays near, and how near, rad; infinite, and (0, 3 + k) for none.
 
     Parameters
     ----------
-    positions : (n, k), mm and rad, the path's axis values: what stands on it is counted so
-    excess : (n,), mm, rad and cosine, by which it breaks a bound that holds at a location
+    path : (n, 3 + k), both angles, rad; by how much, mm, rad or cosine, it breaks a bound that holds at a
+        location; and axis values, mm and rad: what stands on it is counted so
     free : (n,), where the search may leave the path
     """
 
     path: Array
-    positions: Array
-    excess: Array
-    radius: Array
+    radius: tuple[float, float]
     free: BoolArray
 
 
@@ -130,8 +128,11 @@ class SearchProblem(NamedTuple):
     moves: Array
 
 
-class Layer(NamedTuple):
-    """States of one location: angles (s, 2), axis values (s, k), cost so far (s,), axes that moved (s,)."""
+class Layers(NamedTuple):
+    """States of the last two locations: those of location i have the first index ``i % 2``.
+
+    Angles (2, s, 2), axis values (2, s, k), cost so far (2, s), axes that moved (2, s).
+    """
 
     rotary: Array
     positions: Array
@@ -144,49 +145,40 @@ class Found(NamedTuple):
 
     Parameters
     ----------
-    cost : (m,), J
-    parent, move : (m,), the state that it comes from, and how
+    cost, rest : (m,), J, the second for costs in another order
+    stays : (m,), whatever they cost
+    numbers : (m, 4), see `PARENT`
     rotary : (m, 2), rad, by the model
-    key : (m,), its cell
     table : (t,), by a hash of the cell, its candidate + 1; 0 for none
-    slots : (m,), the places used in the table
     """
 
     cost: Array
-    parent: IntArray
-    move: IntArray
+    rest: Array
+    stays: BoolArray
+    numbers: IntArray
     rotary: Array
-    key: IntArray
     table: IntArray
-    slots: IntArray
 
 
 class Space(NamedTuple):
-    """Work space of a step, for k axes, b bounds, m moves, c candidates and s states.
+    """Work space of a step, for k axes, b bounds, m moves and s states.
 
     Parameters
     ----------
-    model, directions, reach, targets : (k + 2 b, 6), (2 b, 3), (k + b,) and (m, 2): what `set_model`,
-        `bound_directions`, `reach_of_rows` and `targets_of_rows` compute
-    there, up, down : (k,), axis values of a posture, and the way to them
-    stays, rest : (c,), candidates that stay whatever they cost, and costs
-    given, values : inputs and values of the tape of first order, for s states
-    course, along_it : the same for the parts of a long turn
+    model : (k + 2 b, 10), what `set_model` and `set_bounds` compute
+    targets : (m, 2), what `targets_of_rows` computes
+    axes : (k, 3), how far axes travel up and down to a posture, and their values there
+    given : (s + `MOST_COURSE_PARTS`, 8), inputs of both tapes
+    values : outputs of the tape of first order
+    quantities : (s, 6 (k + 3)), those of the tape of second order
     """
 
     model: Array
-    directions: Array
-    reach: Array
     targets: Array
-    there: Array
-    up: Array
-    down: Array
-    stays: BoolArray
-    rest: Array
+    axes: Array
     given: Array
     values: Array
-    course: Array
-    along_it: Array
+    quantities: Array
 
 
 class Trail(NamedTuple):
@@ -196,23 +188,17 @@ class Trail(NamedTuple):
     ----------
     states, parents : (t, 2) rad, and (t,), row of the state that each comes from
     begin : (n + 1,)
-    layers : states of the last two locations; those of location i are in ``layers[i % 2]``
-    found, wide, used, keep, origin : see `candidates`, `kept` and `solved`
-    given, quantities : inputs and values of the tape of second order
-    space : of the step that is searched
+    regions : (2, `REGIONS`²), the candidates of wide cells, 0 for none, and the cells that have any
+    chosen : (2, s), the candidates chosen, and the states that they come from
     """
 
     states: Array
     parents: IntArray
     begin: IntArray
-    layers: tuple[Layer, Layer]
+    layers: Layers
     found: Found
-    wide: IntArray
-    used: IntArray
-    keep: IntArray
-    origin: IntArray
-    given: Array
-    quantities: Array
+    regions: IntArray
+    chosen: IntArray
     space: Space
 
 
@@ -221,64 +207,40 @@ def trail_of(problem: SearchProblem, first: Array, start: Array, most: int) -> T
 
     The postures of the first location, (s, 2) rad, are given with their axis values, (s, k).
     """
-    n, axes, size = len(problem.locations.given), len(problem.locations.low), len(first)
-    room = max(most, size)
-    here, then = (
-        Layer(np.empty((room, 2)), np.empty((room, axes)), np.empty(room), np.empty(room, np.int64))
-        for _ in range(2)
+    n, axes, bounds = len(problem.locations.given), start.shape[1], problem.locations.bounds.shape[1]
+    size, room = len(first), max(most, len(first))
+    layers = Layers(
+        np.empty((2, room, 2)), np.empty((2, room, axes)), np.zeros((2, room)), np.empty((2, room), np.int64)
     )
-    here.rotary[:size], here.positions[:size], here.cost[:size], here.moved[:size] = (
-        first,
-        start,
-        0.0,
-        ALL_MOVED,
-    )
+    layers.rotary[0, :size], layers.positions[0, :size], layers.moved[0, :size] = first, start, ALL_MOVED
     states, begin = np.empty((size + (n - 1) * most, 2)), np.zeros(n + 1, np.int64)
     states[:size], begin[1] = first, size
     many = room * (len(problem.moves) + 2)
-    places = 1 << int(2 * many).bit_length()
     found = Found(
         np.empty(many),
-        np.empty(many, np.int64),
-        np.empty(many, np.int64),
+        np.empty(many),
+        np.empty(many, np.bool_),
+        np.empty((many, 4), np.int64),
         np.empty((many, 2)),
-        np.empty(many, np.int64),
-        np.zeros(places, np.int64),
-        np.empty(many, np.int64),
+        np.zeros(1 << int(2 * many).bit_length(), np.int64),
+    )
+    space = Space(
+        np.empty((axes + 2 * bounds, 10)),
+        np.empty((len(problem.moves), 2)),
+        np.empty((axes, 3)),
+        np.empty((room + MOST_COURSE_PARTS, 8)),
+        np.empty((room + MOST_COURSE_PARTS, 3 * (axes + 3))),
+        np.empty((room, 6 * (axes + 3))),
     )
     return Trail(
         states,
         np.empty(len(states), np.int32),
         begin,
-        (here, then),
+        layers,
         found,
-        np.zeros(REGIONS * REGIONS, np.int64),
-        np.empty(REGIONS * REGIONS, np.int64),
-        np.empty(room, np.int64),
-        np.empty(room, np.int64),
-        np.empty((room, 8)),
-        np.empty((room, 6 * (axes + 3))),
-        _space(problem, room, many),
-    )
-
-
-def _space(problem: SearchProblem, states: int, candidates: int) -> Space:
-    """Make work space."""
-    axes, bounds = len(problem.locations.low), problem.locations.references.shape[1]
-    return Space(
-        np.empty((axes + 2 * bounds, 6)),
-        np.empty((2 * bounds, 3)),
-        np.empty(axes + bounds),
-        np.empty((len(problem.moves), 2)),
-        np.empty(axes),
-        np.empty(axes),
-        np.empty(axes),
-        np.empty(candidates, np.bool_),
-        np.empty(candidates),
-        np.empty((states, 8)),
-        np.empty((states, 3 * (axes + 3))),
-        np.empty((MOST_COURSE_PARTS, 8)),
-        np.empty((MOST_COURSE_PARTS, 3 * (axes + 3))),
+        np.zeros((2, REGIONS * REGIONS), np.int64),
+        np.empty((2, room), np.int64),
+        space,
     )
 
 
@@ -288,15 +250,15 @@ def keep_only(trail: Trail, i: int, stays: BoolArray) -> None:
     rows = begin + np.flatnonzero(stays)
     for column in (trail.states, trail.parents):
         column[begin : begin + size] = column[rows]
-    for column in trail.layers[i % 2]:
-        column[:size] = column[: len(stays)][stays]
+    for column in trail.layers:
+        column[i % 2, :size] = column[i % 2, : len(stays)][stays]
     trail.begin[i + 1] = begin + size
 
 
 def traced(trail: Trail, n: int) -> Array:
     """Trace the cheapest path back, (n, 2) rad."""
     size = int(trail.begin[n] - trail.begin[n - 1])
-    at = int(trail.begin[n - 1]) + int(np.argmin(trail.layers[(n - 1) % 2].cost[:size]))
+    at = int(trail.begin[n - 1]) + int(np.argmin(trail.layers.cost[(n - 1) % 2, :size]))
     path = np.empty((n, 2))
     for i in range(n - 1, -1, -1):
         path[i], at = trail.states[at], int(trail.parents[at])

@@ -8,7 +8,8 @@ From the states of location i to those of location i + 1 (`advance`):
 2. the cheapest ones are chosen, with one of every region of both angles among them (`kept`);
 3. those are solved on the chain itself, held to all bounds, and priced (`solved`).
 
-In names: i is a location and the step that begins there, j a state of it, a an axis, b a bound on the lean.
+In names: i is a location and the step that begins there, j a state of it, a an axis, b a bound on the lean;
+``i & 1`` is the layer of its states.
 States lie in arrays that are read by index: in compiled loops a view of an array costs as much as the
 arithmetic on it. All loops that the two compiled functions share are in this file, because numba compiles a
 function anew when its own file has changed, and no other.
@@ -25,19 +26,33 @@ from fiveaxis.model import TURN
 from fiveaxis.posture.search.records import (
     BESIDE_PATH,
     BREACH_PRICE,
+    DIRECTION,
     END,
     EXCESS_PRICE,
+    FARTHEST,
+    KEY,
     LARGEST,
+    LEAST,
     MOST_COURSE_PARTS,
+    MOVE,
     ONTO_PATH,
+    PACE,
+    PARENT,
+    REACH,
     REGIONS,
     ROUNDING,
     ROW,
     SHIFT,
+    SLOPE,
+    SLOT,
+    SLOW,
+    STANDING,
+    START,
+    THERE,
     Cells,
     Corridor,
     Found,
-    Layer,
+    Layers,
     Locations,
     Prices,
     SearchProblem,
@@ -101,70 +116,64 @@ def turns_to(model: Array, row1: int, aim1: float, row2: int, aim2: float) -> tu
 
 
 @innermost
-def travelled(here: Array, j: int, there: Array, up: Array, down: Array) -> None:
-    """Set how far axes travel up and down, (k,) each, from state j of `here`, (s, k), to `there`, (k,)."""
-    for a in range(len(there)):
-        travel = there[a] - here[j, a]
-        up[a], down[a] = max(travel, 0.0), max(-travel, 0.0)
+def travelled(positions: Array, i: int, j: int, axes: Array) -> None:
+    """Set how far axes travel up and down from state j to where they are in step i, see `THERE`."""
+    for a in range(len(axes)):
+        travel = axes[a, THERE] - positions[i & 1, j, a]
+        axes[a, 0], axes[a, 1] = max(travel, 0.0), max(-travel, 0.0)
 
 
 @innermost
 def travelled_along(
-    problem: SearchProblem,
-    layer: Layer,
-    j: int,
-    i: int,
-    turn1: float,
-    turn2: float,
-    space: Space,
+    problem: SearchProblem, layers: Layers, j: int, i: int, turn1: float, turn2: float, space: Space
 ) -> None:
     """Set how far axes travel up and down along step i from state j, which turns far, rad."""
-    locations, given, values = problem.locations, space.course, space.along_it
-    up, down, axes = space.up, space.down, len(space.up)
+    locations, given, values = problem.locations, space.given, space.values
+    axes, now, begin = space.axes, i & 1, len(given) - MOST_COURSE_PARTS
     parts = int(min(max(abs(turn1), abs(turn2)) // COURSE_PART + 1, MOST_COURSE_PARTS))
     for p in range(parts):
         share = (p + 1.0) / parts
-        given[p, 0], given[p, 1] = layer.rotary[j, 0] + share * turn1, layer.rotary[j, 1] + share * turn2
+        given[begin + p, 0] = layers.rotary[now, j, 0] + share * turn1
+        given[begin + p, 1] = layers.rotary[now, j, 1] + share * turn2
         for d in range(6):
-            given[p, 2 + d] = (1.0 - share) * locations.given[i, d] + share * locations.given[i + 1, d]
-    play(*problem.first_order, given[:parts], values[:parts])
-    for a in range(axes):
-        before, up[a], down[a] = layer.positions[j, a], 0.0, 0.0
+            there = share * locations.given[i + 1, d]
+            given[begin + p, 2 + d] = (1.0 - share) * locations.given[i, d] + there
+    play(*problem.first_order, given[begin : begin + parts], values[begin : begin + parts])
+    for a in range(len(axes)):
+        before, axes[a, 0], axes[a, 1] = layers.positions[now, j, a], 0.0, 0.0
         for p in range(parts):
-            travel = values[p, a] - before
-            up[a], down[a] = up[a] + max(travel, 0.0), down[a] + max(-travel, 0.0)
-            before = values[p, a]
+            travel = values[begin + p, a] - before
+            axes[a, 0], axes[a, 1] = axes[a, 0] + max(travel, 0.0), axes[a, 1] + max(-travel, 0.0)
+            before = values[begin + p, a]
 
 
 @innermost
-def step_price(
-    prices: Prices, i: int, before: int, up: Array, down: Array, turned: float
-) -> tuple[float, int]:
-    """Price step i by how far axes travel up and down, (k,) each; and say which axes move which way.
+def step_price(prices: Prices, i: int, before: int, axes: Array, turned: float) -> tuple[float, int]:
+    """Price step i by how far axes travel up and down, (k, 3); and say which axes move which way.
 
     `before` are the axes that moved in the step before; `turned`, rad², is of both rotary axes.
     """
-    price, moves, late = prices.bend[i] * turned, 0, 0.0
-    for a in range(len(up)):
-        travel = up[a] + down[a]
-        if travel <= prices.least[i, a]:
+    price, moves, late, axis = prices.step[i, 0] * turned, 0, 0.0, prices.axis
+    for a in range(len(axes)):
+        travel = axes[a, 0] + axes[a, 1]
+        if travel <= axis[i, LEAST, a]:
             continue
-        way = 0 if up[a] > down[a] else 1
-        standing, bit = prices.standing[way, i, a], 1 << (2 * a + way)
+        way = 0 if axes[a, 0] > axes[a, 1] else 1
+        standing, bit = axis[i, STANDING + way, a], 1 << (2 * a + way)
         moves |= bit
-        price += prices.slope[0, i, a] * up[a] + prices.slope[1, i, a] * down[a]
+        price += axis[i, SLOPE, a] * axes[a, 0] + axis[i, SLOPE + 1, a] * axes[a, 1]
         if standing > 0.0:
-            price += standing * max(min(1.0, travel * prices.slow[i, a]), travel * prices.reach[i, a])
+            price += standing * max(min(1.0, travel * axis[i, SLOW, a]), travel * axis[i, REACH, a])
             if not before & bit:
-                price += prices.start[way, i, a]
-        late = max(late, prices.pace[a] * travel - prices.time[i])
+                price += axis[i, START + way, a]
+        late = max(late, axis[i, PACE, a] * travel - prices.step[i, 1])
     return price + prices.delay * late, moves
 
 
 @compiled
 def cheapest_steps(
     problem: SearchProblem,
-    layer: Layer,
+    layers: Layers,
     size: int,
     i: int,
     rotary: Array,
@@ -172,84 +181,79 @@ def cheapest_steps(
     space: Space,
     cost: Array,
     came: IntArray,
-    moved: IntArray,
 ) -> None:
     """Price the cheapest step i to given postures, (m, 2) rad, with axis values (m, k), however far they are.
 
     On a long turn linear axes travel farther than from one end to the other: it is priced along its course.
     An axis without limits turns the shorter way; the postures are put on the turn that the step leads to.
-    Filled in are, (m,) each, the cost there, infinite where every state would have to turn too far; the state
-    that the step comes from; and the axes that it moves.
+    Filled in are the cost there, (m,), infinite where every state would have to turn too far; and, (2, m),
+    the state that the step comes from, and the axes that it moves.
     """
+    least = np.empty(size)
     for s in range(len(rotary)):
-        cheapest_step(problem, layer, size, i, rotary, positions, space, s, cost, came, moved)
+        cheapest_step(problem, layers, i, rotary, positions, space, least, s, cost, came)
 
 
 @innermost
 def cheapest_step(
     problem: SearchProblem,
-    layer: Layer,
-    size: int,
+    layers: Layers,
     i: int,
     rotary: Array,
     positions: Array,
     space: Space,
+    least: Array,
     s: int,
     cost: Array,
     came: IntArray,
-    moved: IntArray,
 ) -> None:
-    """Price the cheapest step i to posture s of those given."""
-    turn, prices, cells, there, least = (
-        problem.locations.turn,
-        problem.prices,
-        problem.cells,
-        space.there,
-        space.rest,
-    )
-    spin = problem.locations.rotary[cells.spin]
-    cost[s], came[s], moved[s] = np.inf, 0, 0
-    for j in range(size):
-        turn1, turn2, turns = shorter_turns(cells, layer.rotary, j, rotary, s)
+    """Price the cheapest step i to posture s of those given; `least`, (size,), is of the states' prices."""
+    turn, prices, cells = problem.locations.turn, problem.prices, problem.cells
+    axes, spin, now = space.axes, problem.locations.rotary[cells.spin], i & 1
+    cost[s], came[0, s], came[1, s] = np.inf, 0, 0
+    for j in range(len(least)):
+        turn1, turn2, turns = shorter_turns(cells, layers.rotary, i, j, rotary, s)
         least[j] = np.inf
         if max(abs(turn1) - turn[i, 0], abs(turn2) - turn[i, 1]) > ROUNDING:
             continue
-        for a in range(len(there)):
-            there[a] = positions[s, a]
-        there[spin] -= turns
+        for a in range(len(axes)):
+            axes[a, THERE] = positions[s, a]
+        axes[spin, THERE] -= turns
         turned = turn1 * turn1 + turn2 * turn2
-        travelled(layer.positions, j, there, space.up, space.down)
-        price, moves = step_price(prices, i, layer.moved[j], space.up, space.down, turned)
-        price += layer.cost[j]
+        travelled(layers.positions, i, j, axes)
+        price, moves = step_price(prices, i, layers.moved[now, j], axes, turned)
+        price += layers.cost[now, j]
         if max(abs(turn1), abs(turn2)) > COURSE_PART:
             least[j] = price
         elif price < cost[s]:
-            cost[s], came[s], moved[s] = price, j, moves
+            cost[s], came[0, s], came[1, s] = price, j, moves
     for _ in range(MOST_COURSES):
         j = 0
-        for other in range(1, size):
+        for other in range(1, len(least)):
             if least[other] < least[j]:
                 j = other
         # The price from end to end is the least that a course can cost.
         if not least[j] < cost[s]:
             break
         least[j] = np.inf
-        turn1, turn2, turns = shorter_turns(cells, layer.rotary, j, rotary, s)
-        travelled_along(problem, layer, j, i, turn1, turn2, space)
+        turn1, turn2, turns = shorter_turns(cells, layers.rotary, i, j, rotary, s)
+        travelled_along(problem, layers, j, i, turn1, turn2, space)
         turned = turn1 * turn1 + turn2 * turn2
-        price, moves = step_price(prices, i, layer.moved[j], space.up, space.down, turned)
-        if layer.cost[j] + price < cost[s]:
-            cost[s], came[s], moved[s] = layer.cost[j] + price, j, moves
+        price, moves = step_price(prices, i, layers.moved[now, j], axes, turned)
+        if layers.cost[now, j] + price < cost[s]:
+            cost[s], came[0, s], came[1, s] = layers.cost[now, j] + price, j, moves
     if cost[s] < np.inf:
-        turns = shorter_turns(cells, layer.rotary, came[s], rotary, s)[2]
+        turns = shorter_turns(cells, layers.rotary, i, came[0, s], rotary, s)[2]
         rotary[s, cells.spin] -= turns
         positions[s, spin] -= turns
 
 
 @innermost
-def shorter_turns(cells: Cells, here: Array, j: int, there: Array, s: int) -> tuple[float, float, float]:
-    """Find the turns of both axes from posture j to posture s; and the whole turns left out of the second."""
-    turn1, turn2, turns = there[s, 0] - here[j, 0], there[s, 1] - here[j, 1], 0.0
+def shorter_turns(
+    cells: Cells, here: Array, i: int, j: int, there: Array, s: int
+) -> tuple[float, float, float]:
+    """Find the turns of both axes from state j to posture s; and the whole turns left out of the second."""
+    turn1, turn2, turns = there[s, 0] - here[i & 1, j, 0], there[s, 1] - here[i & 1, j, 1], 0.0
     if cells.around:
         turns = TURN * np.rint((turn1 if cells.spin == 0 else turn2) / TURN)
         turn1, turn2 = (turn1 - turns, turn2) if cells.spin == 0 else (turn1, turn2 - turns)
@@ -261,10 +265,10 @@ def turned_within_cone(
     locations: Locations, quantities: Array, j: int, i: int, turn1: float, turn2: float
 ) -> float:
     """Compute by how much a move from state j turns the first axis too far within the cone, rad."""
-    over = abs(turn1) - locations.cone_turn[i]
+    over = abs(turn1) - locations.turn[i, 2]
     if over <= 0.0:
         return 0.0
-    rows = len(locations.low) + 3
+    rows = locations.limits.shape[1] + 3
     for share in (0.0, 0.5, 1.0):
         first, second, cosine = share * turn1, share * turn2, 0.0
         for c in range(3):
@@ -288,11 +292,11 @@ def competes(found: Found, count: int, key: int, cost: float) -> int:
     slot = (key * 0x2545F4914F6CDD1D >> 20) & mask
     while found.table[slot]:
         at = found.table[slot] - 1
-        if found.key[at] == key:
+        if found.numbers[at, KEY] == key:
             return at if cost < found.cost[at] else -1
         slot = (slot + 1) & mask
     found.table[slot] = count + 1
-    found.slots[count] = slot
+    found.numbers[count, SLOT] = slot
     return count
 
 
@@ -323,7 +327,7 @@ def targets_of_rows(locations: Locations, moves: Array, i: int, values: Array) -
         for which in range(2):
             row, end = int(moves[move, which, ROW]), int(moves[move, which, END])
             if end >= 0:
-                value = locations.cosines[i + 1, row - len(locations.low), end]
+                value = locations.bounds[i + 1, row - locations.limits.shape[1], 3 + end]
                 values[move, which] = value if np.isfinite(value) else np.nan
                 continue
             values[move, which] = moves[move, which, SHIFT]
@@ -333,19 +337,19 @@ def targets_of_rows(locations: Locations, moves: Array, i: int, values: Array) -
 
 
 @innermost
-def aim_of(positions: Array, j: int, row: int, target: float) -> float:
-    """Compute the value that a row shall have from state j of axis values, (s, k): axes start from theirs."""
-    return target + positions[j, row] if row < positions.shape[1] else target
+def aim_of(positions: Array, i: int, j: int, row: int, target: float) -> float:
+    """Compute the value that a row shall have after step i from state j: axes start from theirs."""
+    return target + positions[i & 1, j, row] if row < positions.shape[2] else target
 
 
 @innermost
-def keep_held(layer: Layer, j: int, moves: Array, move: int, there: Array) -> None:
+def keep_held(positions: Array, i: int, j: int, moves: Array, move: int, axes: Array) -> None:
     """Give axes that a move holds exactly the values that they have."""
     for which in range(2):
         asks = moves[move, which, END] >= 0.0 or moves[move, which, SHIFT] != 0.0
         if not asks and moves[move, which, LARGEST] == 0.0:
             row = int(moves[move, which, ROW])
-            there[row] = layer.positions[j, row]
+            axes[row, THERE] = positions[i & 1, j, row]
 
 
 @innermost
@@ -360,62 +364,63 @@ def turned_too_far(
 
 
 @innermost
-def bound_directions(locations: Locations, i: int, directions: Array) -> None:
-    """Set the directions that leans are measured from, (2 b, 3): at location i + 1, and halfway to it."""
-    bounds = locations.references.shape[1]
-    for b in range(bounds):
-        square = 0.0
-        for c in range(3):
-            directions[b, c] = locations.references[i + 1, b, c]
-            directions[bounds + b, c] = locations.references[i, b, c] + locations.references[i + 1, b, c]
-            square += directions[bounds + b, c] ** 2
-        for c in range(3):
-            directions[bounds + b, c] /= math.sqrt(max(square, ROUNDING))
+def set_bounds(locations: Locations, corridor: Corridor, i: int, model: Array) -> None:
+    """Set what `model` has of step i: directions that leans are measured from, and how far rows may go.
 
-
-@innermost
-def reach_of_rows(locations: Locations, corridor: Corridor, i: int, reach: Array) -> None:
-    """Set how far rows of the model may go in step i, (k + b,): rad and cosines: both turns together."""
-    axes, bounds = len(locations.low), locations.references.shape[1]
+    Leans are of location i + 1, and halfway to it; with how far, rad and cosines, both turns together count.
+    """
+    axes, bounds = locations.limits.shape[1], locations.bounds.shape[1]
     for a in range(axes):
-        reach[a] = np.inf
+        model[a, FARTHEST] = np.inf
+    both = 0.0
     for r in range(2):
-        reach[locations.rotary[r]] = min(locations.turn[i, r] + ROUNDING, 2.0 * corridor.radius[r])
+        turn = min(locations.turn[i, r] + ROUNDING, 2.0 * corridor.radius[r])
+        model[locations.rotary[r], FARTHEST] = turn
+        both += turn
     for b in range(bounds):
-        reach[axes + b] = reach[locations.rotary[0]] + reach[locations.rotary[1]]
+        there, halfway, square = axes + b, axes + bounds + b, 0.0
+        model[there, FARTHEST] = both
+        for c in range(3):
+            direction = locations.bounds[i + 1, b, c]
+            model[there, DIRECTION + c] = direction
+            direction += locations.bounds[i, b, c]
+            model[halfway, DIRECTION + c] = direction
+            square += direction**2
+        for c in range(3):
+            model[halfway, DIRECTION + c] /= math.sqrt(max(square, ROUNDING))
 
 
 @innermost
-def set_model(model: Array, quantities: Array, j: int, directions: Array) -> None:
+def set_model(model: Array, quantities: Array, j: int, axes: int) -> None:
     """Set the model about state j: rows of axis values, then of cosines with the directions of bounds.
 
     Columns are a value, its derivatives by both angles, and its second ones (11, 12, 22).
     """
-    axes = len(model) - len(directions)
     for d in range(6):
+        at = d * (axes + 3)
         for a in range(axes):
-            model[a, d] = quantities[j, d * (axes + 3) + a]
-        for b in range(len(directions)):
-            at = d * (axes + 3) + axes
-            model[axes + b, d] = (
-                directions[b, 0] * quantities[j, at]
-                + directions[b, 1] * quantities[j, at + 1]
-                + directions[b, 2] * quantities[j, at + 2]
+            model[a, d] = quantities[j, at + a]
+        at += axes
+        for b in range(axes, len(model)):
+            model[b, d] = (
+                model[b, DIRECTION] * quantities[j, at]
+                + model[b, DIRECTION + 1] * quantities[j, at + 1]
+                + model[b, DIRECTION + 2] * quantities[j, at + 2]
             )
 
 
 @innermost
 def leans_soundly(locations: Locations, model: Array, i: int, turn1: float, turn2: float) -> bool:
     """Check by the model that the tool's lean keeps its bounds at location i + 1 and halfway to it."""
-    axes, bounds = len(locations.low), locations.references.shape[1]
+    axes, bounds = locations.limits.shape[1], locations.bounds.shape[1]
     for b in range(bounds):
-        low, high = locations.cosines[i + 1, b, 0], locations.cosines[i + 1, b, 1]
+        low, high = locations.bounds[i + 1, b, 3], locations.bounds[i + 1, b, 4]
         cosine = second_order(model, axes + b, turn1, turn2)
         if cosine < low - MODEL_ERROR or cosine > high + MODEL_ERROR:
             return False
         # Halfway, the tool may be over a hole that the bound leaves.
         cosine = second_order(model, axes + bounds + b, 0.5 * turn1, 0.5 * turn2)
-        low, high = max(locations.cosines[i, b, 0], low), min(locations.cosines[i, b, 1], high)
+        low, high = max(locations.bounds[i, b, 3], low), min(locations.bounds[i, b, 4], high)
         if not low - HALFWAY <= cosine <= high + HALFWAY:
             return False
     return True
@@ -435,16 +440,16 @@ def cell_of(cells: Cells, model: Array, level: float, spin: float, turn1: float,
 
 @innermost
 def aims_of(
-    problem: SearchProblem, layer: Layer, targets: Array, i: int, j: int, move: int
+    problem: SearchProblem, positions: Array, targets: Array, i: int, j: int, move: int
 ) -> tuple[int, float, int, float]:
     """Return the two rows of the model that a move from state j sets at location i + 1, with their values."""
     if move == BESIDE_PATH:
-        spin = problem.cells.spin
-        level, beside = problem.cells.level, problem.corridor.path[i + 1, spin]
-        return level, layer.positions[j, level], problem.locations.rotary[spin], beside
+        spin, level = problem.cells.spin, problem.cells.level
+        beside = problem.corridor.path[i + 1, spin]
+        return level, positions[i & 1, j, level], problem.locations.rotary[spin], beside
     row1, row2 = int(problem.moves[move, 0, ROW]), int(problem.moves[move, 1, ROW])
-    aim1 = aim_of(layer.positions, j, row1, targets[move, 0])
-    return row1, aim1, row2, aim_of(layer.positions, j, row2, targets[move, 1])
+    aim1 = aim_of(positions, i, j, row1, targets[move, 0])
+    return row1, aim1, row2, aim_of(positions, i, j, row2, targets[move, 1])
 
 
 @innermost
@@ -457,79 +462,71 @@ def is_beside(corridor: Corridor, i: int, angle1: float, angle2: float) -> bool:
 
 
 @innermost
-def stays_within(
-    locations: Locations, model: Array, i: int, turn1: float, turn2: float, there: Array
-) -> bool:
+def stays_within(locations: Locations, model: Array, i: int, turn1: float, turn2: float, axes: Array) -> bool:
     """Set the axes at location i + 1, and check that they and the tool's lean keep their bounds."""
-    sound = True
-    for a in range(len(there)):
-        there[a] = second_order(model, a, turn1, turn2)
-        if there[a] < locations.low[a] - MODEL_ERROR or there[a] > locations.high[a] + MODEL_ERROR:
+    sound, limits = True, locations.limits
+    for a in range(len(axes)):
+        there = second_order(model, a, turn1, turn2)
+        axes[a, THERE] = there
+        if there < limits[0, a] - MODEL_ERROR or there > limits[1, a] + MODEL_ERROR:
             sound = False
     return sound and leans_soundly(locations, model, i, turn1, turn2)
 
 
 @innermost
 def candidates(
-    problem: SearchProblem,
-    layer: Layer,
-    size: int,
-    quantities: Array,
-    i: int,
-    margin: float,
-    space: Space,
-    found: Found,
+    problem: SearchProblem, layers: Layers, size: int, i: int, margin: float, space: Space, found: Found
 ) -> int:
     """Find candidates for location i + 1 by a model of second order about every state; return their number.
 
-    The quantities, (s, 6 (k + 3)), are those of location i + 1 at the angles of the layer's states, with both
-    derivatives. A candidate may cost more than the cheapest by a margin, J.
+    The space has the quantities of location i + 1 at the angles of the states, with both derivatives. A
+    candidate may cost more than the cheapest by a margin, J.
     """
     locations, prices, moves = problem.locations, problem.prices, problem.moves
-    corridor, cells = problem.corridor, problem.cells
-    axes, count, least = len(locations.low), 0, np.inf
-    there, up, down = space.there, space.up, space.down
-    model, directions, reach, targets = space.model, space.directions, space.reach, space.targets
-    bound_directions(locations, i, directions)
-    reach_of_rows(locations, corridor, i, reach)
+    corridor, cells, now = problem.corridor, problem.cells, i & 1
+    model, targets, quantities = space.model, space.targets, space.quantities
+    axes, count, least = space.axes, 0, np.inf
+    set_bounds(locations, corridor, i, model)
     targets_of_rows(locations, moves, i, targets)
     near = len(corridor.path) > 0
     only_path = near and not corridor.free[i + 1]
     first_move = (ONTO_PATH if only_path else BESIDE_PATH) if near else 0
     for j in range(size):
-        if layer.cost[j] > least + margin:
+        before = layers.cost[now, j]
+        if before > least + margin:
             continue
-        set_model(model, quantities, j, directions)
+        set_model(model, quantities, j, len(axes))
         for move in range(first_move, 0 if only_path else len(moves)):
             if move == ONTO_PATH:
-                turn1 = corridor.path[i + 1, 0] - layer.rotary[j, 0]
-                turn2 = corridor.path[i + 1, 1] - layer.rotary[j, 1]
+                turn1 = corridor.path[i + 1, 0] - layers.rotary[now, j, 0]
+                turn2 = corridor.path[i + 1, 1] - layers.rotary[now, j, 1]
             else:
-                row1, aim1, row2, aim2 = aims_of(problem, layer, targets, i, j, move)
+                row1, aim1, row2, aim2 = aims_of(problem, layers.positions, targets, i, j, move)
                 # Most moves are too far: that is seen before they are solved.
                 if move != BESIDE_PATH and not (
-                    abs(model[row1, 0] - aim1) <= reach[row1] and abs(model[row2, 0] - aim2) <= reach[row2]
+                    abs(model[row1, 0] - aim1) <= model[row1, FARTHEST]
+                    and abs(model[row2, 0] - aim2) <= model[row2, FARTHEST]
                 ):
                     continue
                 sound, turn1, turn2 = turns_to(model, row1, aim1, row2, aim2)
                 if not sound:
                     continue
             over = turned_too_far(locations, quantities, j, i, turn1, turn2)
-            angle1, angle2 = layer.rotary[j, 0] + turn1, layer.rotary[j, 1] + turn2
+            angle1, angle2 = layers.rotary[now, j, 0] + turn1, layers.rotary[now, j, 1] + turn2
             if move == ONTO_PATH:
-                over = max(over, corridor.excess[i + 1])
-                for a in range(axes):
-                    there[a] = corridor.positions[i + 1, a]
+                over = max(over, corridor.path[i + 1, 2])
+                for a in range(len(axes)):
+                    axes[a, THERE] = corridor.path[i + 1, 3 + a]
             else:
                 if over > ROUNDING or not is_beside(corridor, i + 1, angle1, angle2):
                     continue
-                if not stays_within(locations, model, i, turn1, turn2, there):
+                if not stays_within(locations, model, i, turn1, turn2, axes):
                     continue
                 if move >= 0:
-                    keep_held(layer, j, moves, move, there)
-            travelled(layer.positions, j, there, up, down)
+                    keep_held(layers.positions, i, j, moves, move, axes)
+            travelled(layers.positions, i, j, axes)
             turned = turn1 * turn1 + turn2 * turn2
-            cost = layer.cost[j] + step_price(prices, i, layer.moved[j], up, down, turned)[0]
+            cost = before + step_price(prices, i, layers.moved[now, j], axes, turned)[0]
             if over > ROUNDING:
                 cost += BREACH_PRICE + EXCESS_PRICE * over
             key = -1
@@ -537,79 +534,69 @@ def candidates(
                 if cost > least + margin:
                     continue
                 spin = angle1 if cells.spin == 0 else angle2
-                key = cell_of(cells, model, there[cells.level], spin, turn1, turn2)
+                key = cell_of(cells, model, axes[cells.level, THERE], spin, turn1, turn2)
             at = competes(found, count, key, cost)
             if at < 0:
                 continue
             count = max(count, at + 1)
-            found.cost[at], found.parent[at], found.move[at], found.key[at] = cost, j, move, key
-            found.rotary[at, 0], found.rotary[at, 1] = angle1, angle2
+            found.numbers[at, PARENT], found.numbers[at, MOVE], found.numbers[at, KEY] = j, move, key
+            found.cost[at], found.rotary[at, 0], found.rotary[at, 1] = cost, angle1, angle2
             least = min(least, cost)
     return count
 
 
 @innermost
-def kept(
-    cells: Cells,
-    found: Found,
-    count: int,
-    most: int,
-    wide: IntArray,
-    used: IntArray,
-    space: Space,
-    keep: IntArray,
-) -> int:
+def kept(cells: Cells, found: Found, count: int, most: int, regions: IntArray, chosen: IntArray) -> int:
     """Choose candidates: the path's own, the cheapest of every wide cell of both angles, then the cheapest.
 
-    Return their number; `keep`, (most,), has them. For the candidates of the cells, and the cells that have
-    any, there are `wide` and `used`, (CELLS²,) each, the first 0.
+    Return their number; `chosen` has them, see `Trail`.
     """
     if count <= most:
         for at in range(count):
-            keep[at] = at
+            chosen[0, at] = at
         return count
-    stays, rest = space.stays[:count], space.rest[:count]
-    size = regions = 0
-    for at in range(count):
-        stays[at] = False
+    rest, stays = found.rest, found.stays
+    size = used = 0
     for at in range(count):
         number = region(cells, found.rotary[at, 0], found.rotary[at, 1])
-        best = wide[number] - 1
+        best = regions[0, number] - 1
         if best < 0:
-            used[regions] = number
-            regions += 1
+            regions[1, used] = number
+            used += 1
         if best < 0 or found.cost[at] < found.cost[best]:
-            wide[number] = at + 1
-        if found.move[at] == ONTO_PATH:
+            regions[0, number] = at + 1
+        stays[at] = False
+        if found.numbers[at, MOVE] == ONTO_PATH:
             stays[at], size = True, 1
-    for which in range(regions):
-        at = wide[used[which]] - 1
-        wide[used[which]] = 0
+    for which in range(used):
+        number = regions[1, which]
+        at = regions[0, number] - 1
+        regions[0, number] = 0
         if size < most // 2 and not stays[at]:
             stays[at] = True
             size += 1
     for at in range(count):
         rest[at] = np.inf if stays[at] else found.cost[at]
-    cut = value_of_rank(rest, most - size - 1)
+    cut = value_of_rank(rest, count, most - size - 1)
     size = 0
     for at in range(count):
         if stays[at]:
-            keep[size] = at
+            chosen[0, size] = at
             size += 1
     for at in range(count):
         if not stays[at] and found.cost[at] <= cut and size < most:
-            keep[size] = at
+            chosen[0, size] = at
             size += 1
     return size
 
 
 @innermost
-def value_of_rank(values: Array, rank: int) -> float:
-    """Return the value of a rank, 0 for the smallest; the values are put in another order.
+def value_of_rank(values: Array, count: int, rank: int) -> float:
+    """Return the value of a rank, 0 for the smallest, of the first ones; they are put in another order.
 
     Hoare's selection. For `np.partition` numba would compile sorts, and errors with their texts.
     """
-    low, high = 0, len(values) - 1
+    low, high = 0, count - 1
     while low < high:
         pivot, i, j = values[(low + high) // 2], low, high
         while i <= j:
@@ -639,7 +626,7 @@ def linear(values: Array, n: int, column: int, first: float, second: float) -> f
 
 @innermost
 def residual(
-    references: Array, i: int, row: int, aim: float, values: Array, n: int
+    bounds: Array, i: int, row: int, aim: float, values: Array, n: int
 ) -> tuple[float, float, float]:
     """Compute what a row of the model lacks of what is asked of it at location i, and its derivatives."""
     rows = values.shape[1] // 3
@@ -648,7 +635,7 @@ def residual(
         return values[n, row] - aim, values[n, rows + row], values[n, 2 * rows + row]
     value, slope1, slope2 = -aim, 0.0, 0.0
     for c in range(3):
-        along = references[i, row - axes, c]
+        along = bounds[i, row - axes, c]
         value += along * values[n, axes + c]
         slope1 += along * values[n, rows + axes + c]
         slope2 += along * values[n, 2 * rows + axes + c]
@@ -658,23 +645,24 @@ def residual(
 @innermost
 def lean_excess(locations: Locations, i: int, values: Array, n: int, first: float, second: float) -> float:
     """Compute by how much the cosine of the tool's lean at location i is out of a bound; below 0 for none."""
-    axes, over = len(locations.low), -np.inf
-    for b in range(locations.references.shape[1]):
+    axes, over, bounds = locations.limits.shape[1], -np.inf, locations.bounds
+    for b in range(bounds.shape[1]):
         cosine = 0.0
         for c in range(3):
-            cosine += locations.references[i, b, c] * linear(values, n, axes + c, first, second)
-        over = max(over, locations.cosines[i, b, 0] - cosine, cosine - locations.cosines[i, b, 1])
+            cosine += bounds[i, b, c] * linear(values, n, axes + c, first, second)
+        over = max(over, bounds[i, b, 3] - cosine, cosine - bounds[i, b, 4])
     return over
 
 
 @innermost
 def newton_turn(
-    problem: SearchProblem, layer: Layer, targets: Array, i: int, j: int, move: int, values: Array, n: int
+    problem: SearchProblem, positions: Array, i: int, j: int, move: int, space: Space, n: int
 ) -> tuple[bool, float, float]:
     """Take a Newton step towards what a move aims at: whether it is sound, and both turns, rad."""
-    row1, aim1, row2, aim2 = aims_of(problem, layer, targets, i, j, move)
-    f, f1, f2 = residual(problem.locations.references, i + 1, row1, aim1, values, n)
-    g, g1, g2 = residual(problem.locations.references, i + 1, row2, aim2, values, n)
+    bounds, values = problem.locations.bounds, space.values
+    row1, aim1, row2, aim2 = aims_of(problem, positions, space.targets, i, j, move)
+    f, f1, f2 = residual(bounds, i + 1, row1, aim1, values, n)
+    g, g1, g2 = residual(bounds, i + 1, row2, aim2, values, n)
     determinant = f1 * g2 - f2 * g1
     if not abs(determinant) > LEAST_DETERMINANT:
         return False, 0.0, 0.0
@@ -684,73 +672,66 @@ def newton_turn(
 
 @innermost
 def solved(
-    problem: SearchProblem,
-    layer: Layer,
-    found: Found,
-    unsolved: IntArray,
-    i: int,
-    quantities: Array,
-    space: Space,
-    then: Layer,
-    parents: IntArray,
+    problem: SearchProblem, layers: Layers, found: Found, chosen: IntArray, left: int, i: int, space: Space
 ) -> int:
     """Solve the candidates that were chosen exactly, and fill in the states of location i + 1; their number.
 
-    Newton's method on the chain itself; the last step is linear, and of at most `CONVERGED`. Afterwards
-    `unsolved`, the candidates chosen, is of no use. The space has the targets that they were found by.
+    Newton's method on the chain itself; the last step is linear, and of at most `CONVERGED`. Afterwards the
+    candidates chosen are of no use. The space has the targets that they were found by.
     """
-    locations, prices, corridor, cells = problem.locations, problem.prices, problem.corridor, problem.cells
-    axes, size, left, moves, targets = len(locations.low), 0, len(unsolved), problem.moves, space.targets
-    there, up, down, given, values = space.there, space.up, space.down, space.given, space.values
+    locations, corridor, cells = problem.locations, problem.corridor, problem.cells
+    given, values, axes = space.given, space.values, space.axes
+    limits, moves, size = locations.limits, problem.moves, 0
+    now, then = i & 1, 1 - (i & 1)
     for n in range(left):
-        given[n, 0], given[n, 1] = found.rotary[unsolved[n], 0], found.rotary[unsolved[n], 1]
+        given[n, 0], given[n, 1] = found.rotary[chosen[0, n], 0], found.rotary[chosen[0, n], 1]
         for d in range(6):
             given[n, 2 + d] = locations.given[i + 1, d]
     for _ in range(NEWTON_STEPS):
         play(*problem.first_order, given[:left], values[:left])
         again = 0
         for n in range(left):
-            j, move = found.parent[unsolved[n]], found.move[unsolved[n]]
+            j, move = found.numbers[chosen[0, n], PARENT], found.numbers[chosen[0, n], MOVE]
             first = second = 0.0
             if move != ONTO_PATH:
-                sound, first, second = newton_turn(problem, layer, targets, i, j, move, values, n)
+                sound, first, second = newton_turn(problem, layers.positions, i, j, move, space, n)
                 if not sound:
                     continue
                 if abs(first) + abs(second) > CONVERGED:
-                    unsolved[again] = unsolved[n]
+                    chosen[0, again] = chosen[0, n]
                     given[again, 0], given[again, 1] = given[n, 0] + first, given[n, 1] + second
                     again += 1
                     continue
             angle1, angle2 = given[n, 0] + first, given[n, 1] + second
-            turn1, turn2 = angle1 - layer.rotary[j, 0], angle2 - layer.rotary[j, 1]
-            over = turned_too_far(locations, quantities, j, i, turn1, turn2)
-            for a in range(axes):
-                there[a] = linear(values, n, a, first, second)
+            turn1, turn2 = angle1 - layers.rotary[now, j, 0], angle2 - layers.rotary[now, j, 1]
+            over = turned_too_far(locations, space.quantities, j, i, turn1, turn2)
+            for a in range(len(axes)):
+                axes[a, THERE] = linear(values, n, a, first, second)
             if move == ONTO_PATH:
-                over = max(over, corridor.excess[i + 1])
+                over = max(over, corridor.path[i + 1, 2])
             else:
-                for a in range(axes):
-                    over = max(over, there[a] - locations.high[a], locations.low[a] - there[a])
+                for a in range(len(axes)):
+                    over = max(over, axes[a, THERE] - limits[1, a], limits[0, a] - axes[a, THERE])
                 over = max(over, lean_excess(locations, i + 1, values, n, first, second))
                 if over > ROUNDING:
                     continue
             if move >= 0:
-                keep_held(layer, j, moves, move, there)
+                keep_held(layers.positions, i, j, moves, move, axes)
             elif move == BESIDE_PATH:
-                there[cells.level] = layer.positions[j, cells.level]
+                axes[cells.level, THERE] = layers.positions[now, j, cells.level]
             if max(abs(turn1), abs(turn2)) > COURSE_PART:
-                travelled_along(problem, layer, j, i, turn1, turn2, space)
+                travelled_along(problem, layers, j, i, turn1, turn2, space)
             else:
-                travelled(layer.positions, j, there, up, down)
+                travelled(layers.positions, i, j, axes)
             turned = turn1 * turn1 + turn2 * turn2
-            price, moved = step_price(prices, i, layer.moved[j], up, down, turned)
+            price, moved = step_price(problem.prices, i, layers.moved[now, j], axes, turned)
             if over > ROUNDING:
                 price += BREACH_PRICE + EXCESS_PRICE * over
-            then.rotary[size, 0], then.rotary[size, 1] = angle1, angle2
-            then.cost[size], then.moved[size] = layer.cost[j] + price, moved
-            for a in range(axes):
-                then.positions[size, a] = there[a]
-            parents[size] = j
+            layers.rotary[then, size, 0], layers.rotary[then, size, 1] = angle1, angle2
+            layers.cost[then, size], layers.moved[then, size] = layers.cost[now, j] + price, moved
+            for a in range(len(axes)):
+                layers.positions[then, size, a] = axes[a, THERE]
+            chosen[1, size] = j
             size += 1
         left = again
         if not left:
@@ -773,30 +754,28 @@ def advance(
     -------
     The last location that has states, and the margin there
     """
-    locations, found, space = problem.locations, trail.found, trail.space
+    found, space, layers = trail.found, trail.space, trail.layers
+    given, begins, chosen = space.given, trail.begin, trail.chosen
     for i in range(begin, end):
-        here, then = trail.layers[i % 2], trail.layers[(i + 1) % 2]
-        size = trail.begin[i + 1] - trail.begin[i]
+        size, then = begins[i + 1] - begins[i], (i + 1) & 1
         for j in range(size):
-            trail.given[j, 0], trail.given[j, 1] = here.rotary[j, 0], here.rotary[j, 1]
+            given[j, 0], given[j, 1] = layers.rotary[i & 1, j, 0], layers.rotary[i & 1, j, 1]
             for d in range(6):
-                trail.given[j, 2 + d] = locations.given[i + 1, d]
-        play(*problem.second_order, trail.given[:size], trail.quantities[:size])
-        count = candidates(problem, here, size, trail.quantities, i, margin, space, found)
-        chosen = kept(problem.cells, found, count, most, trail.wide, trail.used, space, trail.keep)
-        unsolved = trail.keep[:chosen]
-        size = solved(problem, here, found, unsolved, i, trail.quantities, space, then, trail.origin)
+                given[j, 2 + d] = problem.locations.given[i + 1, d]
+        play(*problem.second_order, given[:size], space.quantities[:size])
+        count = candidates(problem, layers, size, i, margin, space, found)
+        left = kept(problem.cells, found, count, most, trail.regions, chosen)
+        size = solved(problem, layers, found, chosen, left, i, space)
         for at in range(count):
-            found.table[found.slots[at]] = 0
+            found.table[found.numbers[at, SLOT]] = 0
         if not size:
             return i, margin
-        least, dearest = np.inf, -np.inf
+        least, dearest, at = np.inf, -np.inf, begins[i + 1]
         for j in range(size):
-            least, dearest = min(least, then.cost[j]), max(dearest, then.cost[j])
-        margin = MARGIN_FACTOR * (dearest - least) if chosen == most else np.inf
-        at = trail.begin[i + 1]
-        for j in range(size):
-            trail.states[at + j, 0], trail.states[at + j, 1] = then.rotary[j, 0], then.rotary[j, 1]
-            trail.parents[at + j] = trail.begin[i] + trail.origin[j]
-        trail.begin[i + 2] = at + size
+            least, dearest = min(least, layers.cost[then, j]), max(dearest, layers.cost[then, j])
+            trail.states[at + j, 0] = layers.rotary[then, j, 0]
+            trail.states[at + j, 1] = layers.rotary[then, j, 1]
+            trail.parents[at + j] = begins[i] + chosen[1, j]
+        margin = MARGIN_FACTOR * (dearest - least) if left == most else np.inf
+        begins[i + 2] = at + size
     return end, margin

@@ -252,9 +252,8 @@ def _cheapest_path(
     )
     start = problem.positions(np.zeros(len(first), dtype=np.int64), first)
     trail = trail_of(searched, first, start, states)
-    trail.layers[0].cost[: len(first)] = 0.0
-    if len(path) and corridor.excess[0] > ROUNDING:
-        trail.layers[0].cost[0] = BREACH_PRICE
+    if len(path) and corridor.path[0, 2] > ROUNDING:
+        trail.layers.cost[0, 0] = BREACH_PRICE
     reached = _searched(problem, searched, trail, states, admits, queried, steps)
     # A held axis keeps its angle to the last digit.
     return np.clip(
@@ -273,7 +272,7 @@ def _searched(
 ) -> int:
     """Search from the first location on, with a mask queried at some of them, (n,); how many were reached."""
     last = len(searched.locations.given) - 1
-    known, margin, i = searched.corridor.path, np.inf, 0
+    known, margin, i = searched.corridor.path[:, :2], np.inf, 0
     # In links, axes turn as far as they like.
     stops = queried.copy() if admits else np.zeros(last + 1, dtype=bool)
     everywhere = not np.isfinite(searched.corridor.radius).any()
@@ -313,13 +312,13 @@ def _bridged(
     In a link they are those of the cut that it leads to, the same all along; `samples` keeps them by row.
     """
     trail.begin[i + 1] = max(trail.begin[i + 1], trail.begin[i])
-    costs = trail.layers[i % 2].cost[: trail.begin[i + 1] - trail.begin[i]]
+    costs = trail.layers.cost[i % 2, : trail.begin[i + 1] - trail.begin[i]]
     if len(costs) > most // 2:
         cheapest = np.zeros(len(costs), dtype=bool)
         cheapest[np.argsort(costs, kind="stable")[: most // 2]] = True  # many may cost the same
         keep_only(trail, i, cheapest)
     before, size = (int(trail.begin[k + 1] - trail.begin[k]) for k in (i - 1, i))
-    here, then = trail.layers[(i - 1) % 2], trail.layers[i % 2]
+    layers, then = trail.layers, i % 2
     ahead = np.flatnonzero(problem.bound_rows[i:])
     row = i + int(ahead[0]) if len(ahead) else i
     if row not in samples:
@@ -327,14 +326,14 @@ def _bridged(
     rotary = samples[row]
     rotary = np.ascontiguousarray(rotary[:: -(-len(rotary) // (most - size)) or 1])
     positions = problem.positions(np.full(len(rotary), i), rotary)
-    cost, came, moved = np.empty(len(rotary)), *np.empty((2, len(rotary)), dtype=np.int64)
-    cheapest_steps(searched, here, before, i - 1, rotary, positions, trail.space, cost, came, moved)
+    cost, came = np.empty(len(rotary)), np.empty((2, len(rotary)), dtype=np.int64)
+    cheapest_steps(searched, layers, before, i - 1, rotary, positions, trail.space, cost, came)
     kept = np.flatnonzero(np.isfinite(cost))
     begin = int(trail.begin[i]) + size
     rows, at = slice(begin, begin + len(kept)), slice(size, size + len(kept))
-    trail.states[rows], trail.parents[rows] = rotary[kept], trail.begin[i - 1] + came[kept]
-    then.rotary[at], then.positions[at] = rotary[kept], positions[kept]
-    then.cost[at], then.moved[at] = cost[kept], moved[kept]
+    trail.states[rows], trail.parents[rows] = rotary[kept], trail.begin[i - 1] + came[0, kept]
+    layers.rotary[then, at], layers.positions[then, at] = rotary[kept], positions[kept]
+    layers.cost[then, at], layers.moved[then, at] = cost[kept], came[1, kept]
     trail.begin[i + 1] = begin + len(kept)
     return trail.begin[i + 1] > trail.begin[i]
 
@@ -478,14 +477,15 @@ def sparse_rows(problem: Problem, least: int) -> IntArray:
 def _corridor(
     problem: Problem, path: Array, radius: Array, free: BoolArray, admits: Admits | None
 ) -> Corridor:
+    near = float(radius[0]), float(radius[1])
     if not len(path):
-        return Corridor(path, path, np.empty(0), radius, free)
+        return Corridor(np.empty((0, 3 + len(problem.machine.axes))), near, free)
     # The path may lie on a bound, `INSIDE` which other states stay.
     positions, excess = problem.placed(slice(None), path)
     excess = np.maximum(excess, problem.limit_excess(positions))
     if admits is not None:
         excess[~admits(np.arange(len(path)), path)] = REFUSED
-    return Corridor(path, positions, excess, radius, free)
+    return Corridor(np.column_stack([path, excess, positions]), near, free)
 
 
 def _locations(problem: Problem, cone_limit: ConeLimit | None) -> Locations:
@@ -493,18 +493,19 @@ def _locations(problem: Problem, cone_limit: ConeLimit | None) -> Locations:
     references = np.stack([bound.reference for bound in problem.bounds], axis=1)
     tied = np.isfinite(references).all(axis=2, keepdims=True)
     ends = np.array([_inside(*bound.cosines) for bound in problem.bounds])
+    cosines = np.where(tied, np.broadcast_to(ends, (n, *ends.shape)), [-np.inf, np.inf])
     turn = np.where(problem.strict[:, None], problem.max_turn, np.inf)
+    within_cone = np.full(len(turn), np.inf) if cone_limit is None else cone_limit.turns
+    first, second = machine.rotary_columns
+    x, y, z = singular_direction(machine).tolist()
     return Locations(
         np.hstack([problem.pivot, problem.normal]),
-        np.where(tied, references, 0.0),
-        np.where(tied, np.broadcast_to(ends, (n, *ends.shape)), [-np.inf, np.inf]),
-        machine.low,
-        machine.high,
-        np.array(machine.rotary_columns, dtype=np.int64),
-        np.ascontiguousarray(turn),
-        singular_direction(machine),
+        np.concatenate([np.where(tied, references, 0.0), cosines], axis=2),
+        np.stack([machine.low, machine.high]),
+        (first, second),
+        np.column_stack([turn, within_cone]),
+        (x, y, z),
         2.0 if cone_limit is None else float(np.cos(cone_limit.angle + BESIDE_CONE)),
-        np.full(max(n - 1, 0), np.inf) if cone_limit is None else cone_limit.turns,
     )
 
 
@@ -522,20 +523,13 @@ def _prices(problem: Problem, costs: BlockCosts, start: float) -> Prices:
         costs.standing, time[:, None], out=np.zeros_like(costs.standing), where=time[:, None] > 0.0
     )
     tie = np.divide(costs.standing, costs.step, out=np.zeros_like(costs.standing), where=costs.step > 0.0)
-    # In one order of memory, as the search is compiled for each that it's given.
-    standing, slope, starting = map(
-        np.ascontiguousarray, (costs.standing, costs.slope + TIE * tie, start * power)
-    )
+    # By row: `records.STANDING` to `PACE`. In one order of memory, as loops are compiled for each.
+    least = standing_speeds(machine) * time[:, None]
+    ways = [*costs.standing, *(costs.slope + TIE * tie), *(start * power)]
+    alone = [_inverse(costs.slow), _inverse(costs.measured), least, np.broadcast_to(pace, least.shape)]
     return Prices(
-        standing,
-        slope,
-        _inverse(costs.slow),
-        _inverse(costs.measured),
-        standing_speeds(machine) * time[:, None],
-        starting,
-        problem.bend_price,
-        pace,
-        time,
+        np.ascontiguousarray(np.stack([*ways, *alone], axis=1)),
+        np.column_stack([problem.bend_price, time]),
         problem.time_price,
     )
 
