@@ -369,7 +369,7 @@ class Delivery:
             if path is None:
                 return None
             for share in self._sharpness:
-                path = self.near.refined(few, self._local(few, path, share, costs), path)
+                path = self.near.refined(few, self._local(few, path, share, costs), path)[:, :2]
             return path
 
         path = self.options.checkpoint.found(found)
@@ -407,7 +407,7 @@ class Delivery:
         many queries, so there the first one has to save something over the start. A result that will be
         refined `again` may be rough.
         """
-        instance, rotary = start.denser, start.filled
+        instance, rotary, planes = start.denser, start.filled, start.planes
         here: Delivered | None = None
         tried: list[Delivered] = []
         for number in range(most):
@@ -419,9 +419,11 @@ class Delivery:
                 most_turn = np.minimum(problem.max_turn, FARTHER * np.abs(np.diff(rotary, axis=0)) + LITTLE)
                 problem = self._at_times(replace(problem, max_turn=most_turn), rotary, here)
             rough = again or number + 1 < len(sharpness)
-            path = self.options.checkpoint.found(partial(self.near.refined, instance, problem, rotary, rough))
+            refine = partial(self.near.refined, instance, problem, rotary, rough, planes)
+            path, planes = np.split(self.options.checkpoint.found(refine), [2], axis=1)
             was = None if here is None else here.cost
             here = self.priced(path, instance, replace(problem, max_turn=instance.problem.max_turn))
+            here = replace(here, planes=planes)
             self._note(f"program, round {number + 1}", here, was)
             known = tried or [start] * bool(self.near.mask)
             saves = not known or (here.broken, (1.0 + WORTHWHILE) * here.cost) < min(map(rank, known))

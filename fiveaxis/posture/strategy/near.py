@@ -84,10 +84,18 @@ class Near:
     mask: Mask | None
     begun: Array
 
-    def refined(self, instance: Instance, problem: Problem, start: Array, rough: bool = False) -> Array:
+    def refined(
+        self,
+        instance: Instance,
+        problem: Problem,
+        start: Array,
+        rough: bool = False,
+        planes: Array | None = None,
+    ) -> Array:
         """Solve a problem, which has other prices than `instance`, near a start, (n, 2) rad.
 
-        The result is rough if it will be solved again.
+        The result, (n, 2 + p), is rough if it will be solved again: postures, and what they were confined by
+        (`Planes.columns`), so that the next refinement of these locations can begin with its `planes`.
         """
         problem = self._within_cone(instance, problem, start).eased(start)
         last = ROUGH if rough else LAST
@@ -106,7 +114,8 @@ class Near:
 
         mask = self._along(instance)
         if mask is not None:
-            return Confinement(problem, mask, solve).refined(start)
+            kept = Planes.around(tool_axes(problem.machine, start), planes)
+            return np.hstack([Confinement(problem, mask, solve, kept).refined(start), kept.columns])
         # Part by part, as a million locations at once take gigabytes.
         found, last_row = start.copy(), len(start) - 1
         for first, end in pairwise(np.linspace(0, last_row, max(1, -(-last_row // PART)) + 1).astype(int)):
@@ -209,6 +218,22 @@ class Planes:
         counts = np.zeros((2, n), dtype=np.int64)
         return cls(np.full((n, most, 3), np.nan), *counts)
 
+    @classmethod
+    def around(cls, axis: Array, known: Array | None) -> Planes:
+        """Start with known planes that have tool axes, (n, 3), inside, if they are few and as many rows."""
+        planes = cls.none(len(axis))
+        if known is not None and len(known) == len(axis) and known.shape[1] < 3 * MOST_PLANES:
+            inwards = known.reshape(len(axis), -1, 3)
+            inside = np.sum(inwards * axis[:, None], axis=2, keepdims=True) >= 0.0
+            planes.inwards[:, : inside.shape[1]] = np.where(inside, inwards, np.nan)
+            planes.count[:] = inside.shape[1]
+        return planes
+
+    @property
+    def columns(self) -> Array:
+        """(n, 3 p), the normals of every location's planes side by side."""
+        return self.inwards[:, : self.count.max()].reshape(len(self.count), -1)
+
     def add(self, rows: IntArray, inwards: Array) -> None:
         """Add a plane to each of some locations; (m, 3)."""
         self.inwards[rows, self.count[rows]] = inwards
@@ -226,11 +251,12 @@ class Planes:
 
 @dataclass(frozen=True, eq=False)
 class Confinement:
-    """Refinement of a problem within a mask of its locations; `solve` refines without one."""
+    """Refinement of a problem within a mask of its locations and planes; `solve` refines without one."""
 
     problem: Problem
     mask: Mask
     solve: Solver
+    planes: Planes
 
     def refined(self, start: Array) -> Array:
         """Refine a path, (n, 2) rad; the result is refused only where the start is.
@@ -248,7 +274,8 @@ class Confinement:
         n = len(path)
         everywhere = np.arange(n)
         admitted = self._admits(path)
-        planes, found = Planes.none(n), self._solved(self.problem, path, (False, False))
+        planes = self.planes
+        found = self._solved(planes.bounding(self.problem, 0, n - 1), path, (False, False))
         changed = everywhere
         for number in range(MOST_PLANES + PINCHES):
             clean = self.mask.admits(changed, found[changed])

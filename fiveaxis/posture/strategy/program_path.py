@@ -63,6 +63,7 @@ class Delivered:
     cost : J, the objective for them
     times : (m,), s, that the control takes for the moves to the denser path's locations
     solved : the problem of which the postures are an optimum, with the prices near them
+    planes : what confined them to a mask (`fiveaxis.posture.strategy.near.Planes.columns`), if anything
     """
 
     instance: Instance
@@ -77,6 +78,7 @@ class Delivered:
     cost: float
     times: Array
     solved: Problem
+    planes: Array | None = None
 
     @property
     def inserted(self) -> int:

@@ -37,7 +37,7 @@ def steady(problem: Problem) -> np.ndarray:
 
 def run(problem, function, start):
     clear = Mask(function)
-    return Confinement(problem, clear, solve).refined(start)
+    return Confinement(problem, clear, solve, Planes.none(len(start))).refined(start)
 
 
 def test_planes_keep_a_refined_path_within_a_mask_and_cheaper():
@@ -57,6 +57,30 @@ def test_planes_keep_a_refined_path_within_a_mask_and_cheaper():
     assert problem.violation(found) <= 1e-9
     costs = [problem.priced(path) for path in (free, found, start)]
     assert costs[0] < costs[1] < 0.9 * costs[2]
+
+
+def test_planes_that_are_known_confine_a_path_at_once_and_those_it_is_outside_of_are_left_out():
+    problem, solved = problem_of(), []
+    every = np.arange(len(problem))
+
+    def mask(rows, rotary):
+        return np.sum(tool_axes(MACHINE, rotary) * problem.normal[rows], axis=1) > np.cos(np.radians(50.0))
+
+    def counted(*given):
+        solved.append(given)
+        return solve(*given)
+
+    first = Confinement(problem, Mask(mask), counted, Planes.none(len(problem)))
+    found = first.refined(steady(problem))
+    before, axis = len(solved), tool_axes(MACHINE, found)
+    known = Planes.around(axis, first.planes.columns)
+    again = Confinement(problem, Mask(mask), counted, known).refined(found)
+    assert len(solved) == before + 1 < 2 * before
+    assert mask(every, again).all()
+    assert problem.priced(again) <= problem.priced(found)
+    assert np.isfinite(first.planes.columns).any()
+    assert not np.isfinite(Planes.around(-axis, first.planes.columns).inwards).any()
+    assert not Planes.around(axis[1:], first.planes.columns).count.any()
 
 
 def test_a_mask_that_admits_only_the_start_leaves_it():
