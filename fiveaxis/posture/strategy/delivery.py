@@ -422,8 +422,8 @@ class Delivery:
             refine = partial(self.near.refined, instance, problem, rotary, rough, planes)
             path, planes = np.split(self.options.checkpoint.found(refine), [2], axis=1)
             was = None if here is None else here.cost
-            here = self.priced(path, instance, replace(problem, max_turn=instance.problem.max_turn))
-            here = replace(here, planes=planes)
+            solved = replace(problem, max_turn=instance.problem.max_turn)
+            here = replace(self.priced(path, instance, solved), planes=planes)
             self._note(f"program, round {number + 1}", here, was)
             known = tried or [start] * bool(self.near.mask)
             saves = not known or (here.broken, (1.0 + WORTHWHILE) * here.cost) < min(map(rank, known))

@@ -28,7 +28,7 @@ from fiveaxis.posture.search.successors import (
     widened,
 )
 from fiveaxis.posture.strategy.effort import DEGREE, Effort
-from fiveaxis.posture.strategy.program_path import Instance
+from fiveaxis.posture.strategy.program_path import FREE, Instance
 from fiveaxis.posture.strategy.singular import Cone, bounded_within, turning_within
 
 # First barrier parameter, J, near a path; IPOPT's iterations where a path is searched.
@@ -85,12 +85,7 @@ class Near:
     begun: Array
 
     def refined(
-        self,
-        instance: Instance,
-        problem: Problem,
-        start: Array,
-        rough: bool = False,
-        planes: Array | None = None,
+        self, instance: Instance, problem: Problem, start: Array, rough: bool = False, planes: Array = FREE
     ) -> Array:
         """Solve a problem, which has other prices than `instance`, near a start, (n, 2) rad.
 
@@ -219,10 +214,10 @@ class Planes:
         return cls(np.full((n, most, 3), np.nan), *counts)
 
     @classmethod
-    def around(cls, axis: Array, known: Array | None) -> Planes:
+    def around(cls, axis: Array, known: Array) -> Planes:
         """Start with known planes that have tool axes, (n, 3), inside, if they are few and as many rows."""
         planes = cls.none(len(axis))
-        if known is not None and len(known) == len(axis) and known.shape[1] < 3 * MOST_PLANES:
+        if len(known) == len(axis) and known.shape[1] < 3 * MOST_PLANES:
             inwards = known.reshape(len(axis), -1, 3)
             inside = np.sum(inwards * axis[:, None], axis=2, keepdims=True) >= 0.0
             planes.inwards[:, : inside.shape[1]] = np.where(inside, inwards, np.nan)
@@ -271,12 +266,9 @@ class Confinement:
 
     def _round(self, path: Array) -> Array | None:
         """Refine once, with as many planes as needed; None if that fails."""
-        n = len(path)
-        everywhere = np.arange(n)
-        admitted = self._admits(path)
-        planes = self.planes
-        found = self._solved(planes.bounding(self.problem, 0, n - 1), path, (False, False))
-        changed = everywhere
+        n, planes, admitted = len(path), self.planes, self._admits(path)
+        changed = everywhere = np.arange(n)
+        found = self.solve(planes.bounding(self.problem, 0, n - 1), path, (False, False))
         for number in range(MOST_PLANES + PINCHES):
             clean = self.mask.admits(changed, found[changed])
             refused = changed[~clean & admitted[changed]]
@@ -284,14 +276,14 @@ class Confinement:
                 return found
             self._cut(planes, refused, path[refused], found[refused], number >= MOST_PLANES)
             if len(refused) > WIDESPREAD * n:
-                found = self._solved(planes.bounding(self.problem, 0, n - 1), path, (False, False))
+                found = self.solve(planes.bounding(self.problem, 0, n - 1), path, (False, False))
                 changed = everywhere
                 continue
             found = blended(found, path, refused)
             windows = windows_around(refused, n, NEAR)
             for first, last in windows:
                 rows, held = slice(first, last + 1), (first > 0, last < n - 1)
-                found[rows] = self._solved(planes.bounding(self.problem, first, last), found[rows], held)
+                found[rows] = self.solve(planes.bounding(self.problem, first, last), found[rows], held)
             changed = np.concatenate([everywhere[first : last + 1] for first, last in windows])
         return self._restored(found, path, admitted)
 
@@ -306,9 +298,6 @@ class Confinement:
             spread = np.unique(np.clip(far[:, None] + np.arange(-reach, reach + 1), 0, len(path) - 1))
             found = blended(found, path, spread)
         return None if np.any(~self._admits(found) & admitted) else found
-
-    def _solved(self, problem: Problem, start: Array, held: tuple[bool, bool]) -> Array:
-        return self.solve(problem, start, held).copy()
 
     def _cut(self, planes: Planes, rows: IntArray, clean: Array, refused: Array, pinch: bool) -> None:
         machine = self.problem.machine
@@ -346,8 +335,7 @@ class Confinement:
             middle = (low + high) / 2.0
             is_clean = self.mask.admits(rows, clean + middle[:, None] * offset)
             low, high = np.where(is_clean, middle, low), np.where(is_clean, high, middle)
-        edge: Array = clean + low[:, None] * offset
-        return edge
+        return np.asarray(clean + low[:, None] * offset)
 
     def _inwards(self, rows: IntArray, edge: Array) -> Array:
         """Find the direction across the tool axis, (m, 3), that points into the admitted side of the edge.
@@ -401,8 +389,7 @@ def blended(path: Array, other: Array, rows: IntArray) -> Array:
     after = np.clip(np.searchsorted(rows, every), 0, len(rows) - 1)
     away = np.minimum(np.abs(rows[after] - every), np.abs(rows[np.maximum(after - 1, 0)] - every))
     share = np.maximum(1.0 - away / NEAR, 0.0)[:, None]
-    answer: Array = path + share * (other - path)
-    return answer
+    return np.asarray(path + share * (other - path))
 
 
 def windows_around(rows: IntArray, count: int, margin: int) -> list[tuple[int, int]]:

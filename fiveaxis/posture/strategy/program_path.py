@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -14,6 +14,8 @@ from fiveaxis.posture.problem import ALLOWED, Problem
 
 # Violation that is tolerated between two locations (cosine, mm, rad).
 BETWEEN = 2e-4
+# No planes that confine a path.
+FREE: Array = np.empty((0, 0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +65,7 @@ class Delivered:
     cost : J, the objective for them
     times : (m,), s, that the control takes for the moves to the denser path's locations
     solved : the problem of which the postures are an optimum, with the prices near them
-    planes : what confined them to a mask (`fiveaxis.posture.strategy.near.Planes.columns`), if anything
+    planes : (n, p), what confined them to a mask (`fiveaxis.posture.strategy.near.Planes.columns`), or `FREE`
     """
 
     instance: Instance
@@ -78,7 +80,7 @@ class Delivered:
     cost: float
     times: Array
     solved: Problem
-    planes: Array | None = None
+    planes: Array = field(default_factory=lambda: FREE)
 
     @property
     def inserted(self) -> int:
