@@ -108,9 +108,13 @@ class Accessibility:
         """(n,), the row of the map that each location has; −1 for none."""
         return np.full(len(self.toolpath), -1)
 
+    @cached_property
+    def _normals(self) -> Array:
+        """(n, 3), of the path; 0 where there is none."""
+        return np.nan_to_num(self.toolpath.normal)
+
     def _tips(self, rows: IntArray, axis: Array) -> Array:
-        path = self.toolpath
-        return path.zone.tip(path.pivot[rows], np.nan_to_num(path.normal[rows]), axis)
+        return self.toolpath.zone.tip(self.toolpath.pivot[rows], self._normals[rows], axis)
 
     def _look_up(self, rows: IntArray, cells: IntArray) -> Array:
         new = np.unique(rows[self._slots[rows] < 0])

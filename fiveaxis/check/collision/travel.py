@@ -97,7 +97,7 @@ class Travel:
         # Numbers of the joints between the two links, the one that carries the mover first.
         joints = range(begin, end, -1) if begin > end else range(begin + 1, end + 1)
         steps = np.abs(np.diff(self.stretch.positions, axis=0))
-        centre = product(self.mover.frame, np.append((self.mover.low + self.mover.high) / 2.0, 1.0))
+        centre = product(self.mover.frame, np.append((self.mover.low + self.mover.high) / 2.0, 1.0))[:, None]
         bend, moved = np.zeros(len(steps)), np.zeros(len(steps))
         for number in joints:
             joint = machine.chain.joints[number - 1]
@@ -105,7 +105,8 @@ class Travel:
             if not joint.is_rotary:
                 moved = moved + step
                 continue
-            seen = product(inverse_transform(links[names[number]]), links[self._links[0]], centre)[:-1, :3]
+            there = product(links[self._links[0]], centre)
+            seen = product(inverse_transform(links[names[number]]), there)[:-1, :3, 0]
             arm = np.cross(seen - np.array(joint.line.point), np.array(joint.line.direction))
             distance = np.linalg.norm(arm, axis=1) + self.mover.size / 2.0 + moved
             bend = bend + step * (step * distance + 2.0 * moved)

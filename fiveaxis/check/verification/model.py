@@ -131,17 +131,18 @@ def _pinocchio_link_poses(pin: Any, built: ToolModel, links: tuple[str, ...]) ->
     model, data = built.model, built.model.createData()
     pin.forwardKinematics(model, data, np.zeros(model.nq))
     home = [pose.homogeneous.copy() for pose in data.oMi]
-    back = inverse_transform(np.array(home))
+    # At home every joint's frame is parallel to the machine frame, so the way back is a translation.
+    back = inverse_transform(np.array(home))[:, None, :3, 3:]
     # Views of the joints' poses, which every call updates.
     turned, moved = [pose.rotation for pose in data.oMi], [pose.translation for pose in data.oMi]
 
     def poses(positions: Array) -> Mapping[str, Array]:
         rows = np.ascontiguousarray(positions[:, built.columns])
-        placed = np.tile(np.eye(4), (len(rows), len(links), 1, 1))
+        placed = np.tile(np.eye(4), (len(links), len(rows), 1, 1))
         for i, row in enumerate(rows):
             pin.forwardKinematics(model, data, row)
-            placed[i, :, :3, :3], placed[i, :, :3, 3] = turned, moved
-        away = product(placed, back)
-        return {link: away[:, j] for j, link in enumerate(links)}
+            placed[:, i, :3, :3], placed[:, i, :3, 3] = turned, moved
+        placed[..., :3, 3:] += product(placed[..., :3, :3], back)
+        return dict(zip(links, placed, strict=True))
 
     return poses
