@@ -90,12 +90,8 @@ def place(locations: Locations, rows: IntArray, rotary: Array, positions: Array,
     excess of a cosine over its bounds, (m,). Rows, (m,), are locations.
     """
     # By name: numba counts references to an array that it takes out of a record.
-    pivot, normal, references, within = (
-        locations.pivot,
-        locations.normal,
-        locations.references,
-        locations.within,
-    )
+    pivot, normal = locations.pivot, locations.normal
+    references, within = locations.references, locations.within
     steps, constants, registers = locations.steps, locations.constants, locations.registers
     k = positions.shape[1]
     arguments, values = np.empty((BLOCK, ARGUMENTS)), np.empty((BLOCK, k + 3))
