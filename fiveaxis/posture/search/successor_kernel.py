@@ -64,6 +64,8 @@ from fiveaxis.posture.tape import play
 # Newton's method: its steps; the largest turn of one, rad; a determinant, in mm/rad, that is none; and the
 # size of a step, rad, after which what is left is less than what a program's digits can say.
 NEWTON_STEPS, LONGEST_TURN, LEAST_DETERMINANT, CONVERGED = 6, 1.2, 1e-6, 1e-5
+# rad: a last step of that size leaves a model of second order an error that is none beside its own.
+SETTLED = 1e-3
 # mm, rad or cosine by which the model of a candidate may be out of bounds, and share of the margin by which
 # it may cost more than the dearest state kept: both are decided exactly for those that are kept.
 MODEL_ERROR, MARGIN_FACTOR = 2e-3, 1.2
@@ -110,7 +112,7 @@ def turns_to(model: Array, row1: int, aim1: float, row2: int, aim2: float) -> tu
         if size > LONGEST_TURN:
             return False, turn1, turn2
         turn1, turn2 = turn1 - step1, turn2 - step2
-        if size < CONVERGED:
+        if size < SETTLED:
             break
     return size < LONGEST_TURN / 8.0, turn1, turn2
 
