@@ -77,7 +77,7 @@ def refine(
     barrier : IPOPT's first barrier parameter, J; small for a start near an optimum
     held : whether the first and the last posture stay as they are
     near : whether the start is near an optimum, and one of many: the structured method then uses only its
-        small barrier
+        small barrier, or the large one from outside of the bounds
     last : the structured method's last barrier parameter, J
     """
     if solver not in SOLVERS:
@@ -87,7 +87,10 @@ def refine(
     if solver == IPOPT:
         tried = [minimise_by_ipopt(rows, x, iterations=iterations, barrier=barrier)]
     else:
-        factors = BARRIERS[::-1] if near else BARRIERS if len(problem) <= LONG else BARRIERS[:1]
+        if near and problem.violation(start) <= ALLOWED:
+            factors = BARRIERS[::-1]
+        else:
+            factors = BARRIERS[:1] if near or len(problem) > LONG else BARRIERS
         tried = []
         for factor in factors:
             most, first = ITERATIONS * iterations, factor * barrier

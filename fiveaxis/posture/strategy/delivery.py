@@ -388,7 +388,7 @@ class Delivery:
             near = self._candidate_of(search, "search about it", candidate.instance, few, costs)
             candidate = min((one for one in (near, candidate) if one), key=rank)
         here = self.priced(candidate.rotary, candidate.instance)
-        return self._rounds(here, self._sharpness[:1], 1, again=bool(self.near.mask))
+        return self._rounds(here, self._sharpness[:1], 1, again=True)
 
     def _improved(self, start: Delivered, sharpness: Sequence[float] = ()) -> Delivered:
         """Refine a program's path, and cure what it breaks between its locations."""
