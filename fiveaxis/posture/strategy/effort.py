@@ -64,12 +64,12 @@ class Effort:
         return replace(self, contains=contains, **changes)
 
 
-QUICK = Effort(everywhere=both_ways(resolution(4.0, 10.0, 100)), around=(resolution(1.0, 4.0, 60, 30.0),))
+QUICK = Effort(everywhere=both_ways(resolution(2.0, 10.0, 150)))
 NORMAL = replace(
     QUICK,
     contains=QUICK,
     everywhere=both_ways(resolution(1.0, 5.0, 200), resolution(4.0, 7.0, 200, by_other_price=True)),
-    around=(resolution(0.5, 2.0, 100, 20.0),),
+    around=(resolution(0.5, 2.0, 60, 20.0),),
     whole=2,
     corridors=(resolution(0.2, 0.7, 8, 1.5, start=0.2),),
 )
