@@ -172,8 +172,8 @@ def test_a_thinned_program_read_back_follows_the_path_and_keeps_its_bounds(
 
 @pytest.mark.parametrize(
     ("control", "coordinates", "near"),
-    # 6, 5 and 4 decimals: with few of them an axis that creeps has a drive's whole power here or there.
-    [("linuxcnc", "axes", 1e-3), ("sinumerik", "tip", 5e-3), ("fanuc", "tip", 5e-3)],
+    # 6, 5 and 4 decimals: a rounded angle moves axes that would stand, ten times as far with a decimal less.
+    [("linuxcnc", "axes", 1e-4), ("sinumerik", "tip", 1e-3), ("fanuc", "tip", 1e-2)],
 )
 def test_a_program_read_back_costs_what_its_report_says(
     solution, hayashi, tmp_path, control, coordinates, near
