@@ -26,8 +26,9 @@ SOLVERS = (STRUCTURED, IPOPT)
 # Iterations of the structured method for one of IPOPT's, each in a tenth of the time.
 ITERATIONS = 3
 # First barrier parameters, as multiples of IPOPT's. The large one leads further from the start, the small one
-# stays near it, and either may end in the better optimum; long paths use only the first.
-BARRIERS = (25.0, 2.5)
+# stays near it, and either may end in the better optimum; long paths use only the first. A start that is near
+# but outside of its bounds needs a little more than the small one to come in.
+BARRIERS, OUTSIDE = (25.0, 2.5), 5.0
 LONG = 5000
 # From outside the bounds: first barrier parameter and price of a violation, for a J/rad of the dearer axis.
 LEEWAY, STEEPEST = 3e-4, 1000.0
@@ -77,7 +78,7 @@ def refine(
     barrier : IPOPT's first barrier parameter, J; small for a start near an optimum
     held : whether the first and the last posture stay as they are
     near : whether the start is near an optimum, and one of many: the structured method then uses only its
-        small barrier, or the large one from outside of the bounds
+        small barrier, or `OUTSIDE`
     last : the structured method's last barrier parameter, J
     """
     if solver not in SOLVERS:
@@ -87,10 +88,10 @@ def refine(
     if solver == IPOPT:
         tried = [minimise_by_ipopt(rows, x, iterations=iterations, barrier=barrier)]
     else:
-        if near and problem.violation(start) <= ALLOWED:
-            factors = BARRIERS[::-1]
+        if near:
+            factors = (OUTSIDE,) if problem.violation(start) > ALLOWED else BARRIERS[::-1]
         else:
-            factors = BARRIERS[:1] if near or len(problem) > LONG else BARRIERS
+            factors = BARRIERS[:1] if len(problem) > LONG else BARRIERS
         tried = []
         for factor in factors:
             most, first = ITERATIONS * iterations, factor * barrier
