@@ -243,19 +243,20 @@ def time_collisions(part: Path, hayashi: fx.Machine) -> None:
     holder = Holder(70.0, (Section(20.0, 20.0, 30.0), Section(40.0, 40.0)))
     tool = fx.Tool.ball(4, shank_diameter=3.0, holder=holder)
     planned = fx.plan_contour(part, tool, stepdown=8)
-    motion = fx.optimise(planned, hayashi, tilt=(15, 75), effort="quick").motion
-    context = make_context(motion, hayashi, planned, None, Tolerances())
+    solution = fx.optimise(planned, hayashi, tilt=(15, 75), effort="quick")
+    path = solution.toolpath
+    context = make_context(solution.motion, hayashi, path, None, Tolerances())
     mesh = Surroundings.of(Workpiece(part=part)).part
     for solid in (mesh, mesh.subdivide()):
         around, effort = Surroundings(solid), {}
         rate(
             f"collisions, {len(solid.faces):,} triangles, locations",
-            len(planned),
+            len(path),
             lambda around=around, effort=effort: check_collisions(context, around, effort=effort),
         )
         asked = {first: f"{e.queries / 2:,.0f}" for (first, _), e in effort.items()}
         bad = sum(len(result.rows) for result in check_collisions(context, around))
-        print(f"{'':45} {len(planned):,} locations, {bad:,} findings, queries {asked}")
+        print(f"{'':45} {len(path):,} locations, {bad:,} findings, queries {asked}")
 
 
 def time_gouges(part: Path) -> None:
@@ -313,7 +314,7 @@ def main() -> None:
     tool = fx.Tool.ball(10)
     rate("APT, GOTO", 20_057, lambda: fx.read_toolpath(apt, tool=tool))
     arcs = DATA / "toolpaths" / "solidworks_boss_3axis.apt"
-    rate("APT with 1 026 arcs, statements", 12_427, lambda: fx.read_toolpath(arcs, tool=tool))
+    rate("APT with 1 026 arcs, statements", 12_427, lambda: fx.read_toolpath(arcs, tool=tool, operation=1))
     time_languages()
     time_programs(machine)
     time_writing(fx.load_machine("hayashi-640123"))
@@ -338,19 +339,19 @@ def main() -> None:
     rate("time law with jerk, locations", 3600, lambda: time_motion(solution.motion, limited, corners=0.01))
     waves = waving_blocks(20_000)
     rate("time law with jerk, blocks of a curve", 20_000, lambda: time_motion(waves, limited, corners=0.005))
-    angles = solution.motion.positions[:, hayashi.rotary_columns]
+    path, angles = solution.toolpath, solution.motion.positions[:, hayashi.rotary_columns]
     # Every tenth location: rotary axes turn so far that blocks are inserted, some in the tool axis's plane.
-    few = np.arange(0, 3600, 10)
-    rate("inserted blocks, locations", 3600, lambda: fill_in(vase, hayashi, angles))
-    rate("inserted blocks of far turns, locations", 360, lambda: fill_in(vase.at(few), hayashi, angles[few]))
-    rate("needless blocks, locations", 3600, lambda: thinned(vase, hayashi, solution.motion))
-    rate("verify, locations", 3600, lambda: fx.verify(solution.motion, hayashi, vase, tilt=(15, 75)))
+    few = np.arange(0, len(path), 10)
+    rate("inserted blocks, locations", 3600, lambda: fill_in(path, hayashi, angles))
+    rate("inserted blocks of far turns, locations", 360, lambda: fill_in(path.at(few), hayashi, angles[few]))
+    rate("needless blocks, locations", 3600, lambda: thinned(path, hayashi, solution.motion))
+    rate("verify, locations", 3600, lambda: fx.verify(solution.motion, hayashi, path, tilt=(15, 75)))
     rate("preview page with a baseline, locations", 3600, lambda: render_page(solution))
-    document = ReportDocument(solution, fx.verify(solution.motion, hayashi, vase, tilt=(15, 75)))
+    document = ReportDocument(solution, fx.verify(solution.motion, hayashi, path, tilt=(15, 75)))
     rate("report page with its figures, locations", 3600, lambda: compose_page(document))
     bounds_of = {"tilt": (15, 75), "max_turn": 15, "turn_rate": 5, "singular_cone": 5}
     rate(
-        "verify, every bound, locations", 3600, lambda: fx.verify(solution.motion, hayashi, vase, **bounds_of)
+        "verify, every bound, locations", 3600, lambda: fx.verify(solution.motion, hayashi, path, **bounds_of)
     )
     with TemporaryDirectory() as folder:
         file = Path(folder) / "vase.ngc"
