@@ -146,7 +146,9 @@ def cells_of(directions: Array, count: int) -> IntArray:
     lower, folded = z < 0.0, np.copysign(1.0 - np.abs(v), u)
     v = np.where(lower, np.copysign(1.0 - np.abs(u), v), v)
     u = np.where(lower, folded, u)
-    column, row = (np.minimum(((c + 1.0) / 2.0 * count).astype(np.int64), count - 1) for c in (u, v))
+    # NaN, of a posture that no axis values give, has a cell, too.
+    places = (np.nan_to_num((c + 1.0) / 2.0 * count).astype(np.int64) for c in (u, v))
+    column, row = (np.clip(place, 0, count - 1) for place in places)
     return np.asarray(row * count + column)
 
 

@@ -58,6 +58,10 @@ def test_every_direction_lies_near_the_middle_of_its_cell():
     assert (cells_of(cell_centres(np.arange(64 * 64), 64), 64) == np.arange(64 * 64)).all()
 
 
+def test_a_direction_that_nothing_gives_has_a_cell_of_the_map():
+    assert 0 <= cells_of(np.full((1, 3), np.nan), 64)[0] < 64 * 64
+
+
 def test_a_tool_is_split_into_cutter_shank_and_holder(tool):
     solids = {solid.name: solid for solid in tool_solids(tool)}
     assert list(solids) == [CUTTER, SHANK, HOLDER]
