@@ -3,7 +3,7 @@
 - `problem`, `terms`: what is minimised, and bounds, written once; `local`: two solvers of it;
 - `search`, `strategy`: the global search, and how it and the solvers follow each other;
 - `baselines`, `bound`: what the result is compared with from above and from below;
-- `turns`, `starts`: turns of rotary axes, and where passes begin.
+- `turns`: turns of rotary axes, and their rewinds.
 
 Other houses import from `fiveaxis.posture` only; what they may is in the stub beside this file. It imports
 `base` and `model`: collisions come as a function, costs as data.

@@ -1,7 +1,7 @@
 """Axis values, tool axes and their derivatives at every location of a path.
 
-Everything comes from CasADi's expressions of the chain (`location_tapes`), for every machine: search, local
-refinement, masks and baselines ask this model, or run its tape in their own compiled loops.
+They come from CasADi's expressions of the chain (`location_tapes`). Search, local refinement, masks and
+baselines ask this model, or run its tapes in their own compiled loops.
 """
 
 from __future__ import annotations
@@ -56,13 +56,11 @@ class LocationModel:
     ) -> LocationModel:
         """Describe locations: pivot and normal, (n, 3) mm and unit vectors, and bounds on the lean."""
         tapes = location_tapes(machine, zone)
+        # What has the layout that the loop is compiled for isn't copied: paths are long.
         given = [bound.reference for bound in bounds]
         references = given[0][:, None] if len(given) == 1 else np.stack(given, axis=1)
         within = np.array([bound.cosines for bound in bounds])
-        # Copied only where the loop would be compiled again for another layout: paths are long.
-        pivot, normal, references = (
-            np.require(column, requirements=["C", "W"]) for column in (pivot, normal, references)
-        )
+        pivot, normal, references = (np.require(c, None, ["C", "W"]) for c in (pivot, normal, references))
         return cls(tapes, Locations(*tapes.values.parts, pivot, normal, references, within))
 
     @cached_property

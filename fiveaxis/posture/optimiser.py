@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
@@ -46,7 +46,6 @@ from fiveaxis.posture.options import DEFAULTS, Options
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.search.successors import path_anywhere
 from fiveaxis.posture.solution import Optimum, SolverStep
-from fiveaxis.posture.strategy import holding
 from fiveaxis.posture.strategy.delivery import Delivery
 from fiveaxis.posture.strategy.effort import ROUGH, Effort
 from fiveaxis.posture.strategy.infeasibility import refusal, unreachable, without_path
@@ -54,12 +53,12 @@ from fiveaxis.posture.strategy.least_time import time_findings
 from fiveaxis.posture.strategy.near import Near, refined
 from fiveaxis.posture.strategy.program_path import Breach
 from fiveaxis.posture.strategy.singular import Cone, with_findings
-from fiveaxis.posture.strategy.turn_bounds import turn_bounds
+from fiveaxis.posture.strategy.turn_bounds import hold, turn_bounds
+from fiveaxis.posture.turns.rewinding import endless, winding_columns
 from fiveaxis.posture.turns.unwrapped import path_check, rewind_solution
-from fiveaxis.posture.turns.winding import endless, winding_columns
 
-# Largest turns, as a share of the smallest one that broke a bound between locations; most mm that are kept
-# from the ends of travel; attempts.
+# Largest turns, as a share of the smallest that broke a bound between locations; most mm that are kept from
+# the ends of travel; attempts.
 SMALLER, MOST_RESERVE, MOST_ATTEMPTS = 0.7, 0.1, 3
 # A path of more locations is solved at its knots first, if they are at most this share; how far locations in
 # between may be from their chords, mm and ends of unit vectors, and moves from knot to knot.
@@ -80,9 +79,9 @@ def optimise_postures(
     """Choose the rotary angles of every cutter location so that its program costs the least.
 
     Exact postures are searched, by the price of the program's blocks and by the travel metric
-    ``Σ W⁺Δq⁺ + W⁻Δq⁻``, and what is found is refined by the exact NLP, on the locations that the program
-    needs (`fiveaxis.posture.search.successors`, `fiveaxis.posture.strategy.delivery`). The result is the best
-    local optimum found, not proven global.
+    ``Σ W⁺Δq⁺ + W⁻Δq⁻`` (`fiveaxis.posture.search`), and what is found is refined by the exact NLP on the
+    locations that the program needs (`fiveaxis.posture.strategy.delivery`). The result is the best local
+    optimum found, not proven global.
 
     Parameters
     ----------
@@ -94,9 +93,8 @@ def optimise_postures(
     Returns
     -------
     The solution with its baselines and a record of what the solver did. Its path includes the locations that
-    its program needs between those given (`Motion.location`). Where a rotary axis has too few turns for the
-    path, the toolpath contains links on which the axis rewinds, each with a finding
-    (`fiveaxis.posture.turns.rewinding`).
+    its program needs between those given (`Motion.location`), and links on which an axis with too few turns
+    for the path rewinds, each with a finding.
 
     Raises
     ------
@@ -116,15 +114,13 @@ def optimise_postures(
     if not toolpath.cutting.any():
         raise ToolpathError("has links only; there is no cut to choose a posture for", file=toolpath.name)
     effort = options.counts()
-    machine = holding.hold(with_powers(machine), constraints.hold)
-    toolpath = constraints.zoned(toolpath)
-    toolpath = replace(toolpath, findings=(*toolpath.findings, *power_findings(machine)))
-    if options.is_timed:
-        toolpath = replace(toolpath, findings=(*toolpath.findings, *time_findings(machine)))
+    machine = hold(with_powers(machine), constraints.hold)
+    toolpath, timed = constraints.zoned(toolpath), time_findings(machine) if options.is_timed else ()
+    toolpath = replace(toolpath, findings=(*toolpath.findings, *power_findings(machine), *timed))
 
     # The linear solvers work on small blocks, for which threads of the BLAS only wait for each other.
     with threadpool_limits(limits=1):
-        attempts = Attempts(toolpath, machine, constraints, options, effort)
+        attempts = Attempts(toolpath, machine, constraints, options, effort, Cone.of(constraints))
         try:
             best = attempts.best(Narrow(machine, constraints))
         except Infeasible:
@@ -142,7 +138,7 @@ def _of_least_energy(
 ) -> Array | None:
     """Find the postures of least energy, (n, 2) rad, to begin from; None where there are none, or rewinds.
 
-    A price of time alone says nothing about axes that don't limit a block, so that a search by it ends rough.
+    A price of time alone says nothing of axes that don't limit a block: they would end rough.
     """
     cheap = replace(options, objective="energy", bound=False)
     try:
@@ -165,13 +161,12 @@ def _held_ends(path: Toolpath, machine: Machine) -> TiltBounds:
 
 @dataclass(frozen=True, eq=False)
 class Narrow:
-    """Bounds within which a path is solved, so that those that are given hold between its locations, too.
+    """Bounds at a path's locations, narrow enough for those that are given to hold in between, too.
 
     Parameters
     ----------
-    machine : with limits of its linear axes narrower by `reserve`
+    machine : with limits of its linear axes narrower by `reserve`, mm
     constraints : with the largest turn
-    reserve : mm
     turning : whose axes may turn as far as the programmed tool axes need; None for the usual turns
     """
 
@@ -198,14 +193,11 @@ class Attempt:
 
     Parameters
     ----------
-    found, mask : the solution, and the mask that it was found within
-    rank : key by which the better of two is smaller: what is broken, then the cost
-    breach : what the path that was solved breaks between locations, even if a baseline took its place
+    found, rank, breach : as of `Delivery.delivered`
     fault : why it can't be delivered; None where it can
     """
 
     found: Optimum
-    mask: Mask | None
     rank: tuple[float, float]
     breach: Breach | None
     fault: Infeasible | None
@@ -220,7 +212,7 @@ class Attempts:
     toolpath : with its zone and findings
     machine : with powers and held axes
     constraints, options : as for `optimise_postures`
-    effort : of the options
+    effort, cone : of these
     """
 
     toolpath: Toolpath
@@ -228,22 +220,13 @@ class Attempts:
     constraints: Constraints
     options: Options
     effort: Effort
+    cone: Cone | None
 
-    @cached_property
-    def cone(self) -> Cone | None:
-        """Where the first rotary axis is bounded."""
-        return Cone.of(self.constraints)
-
-    @cached_property
-    def filling(self) -> Filling:
-        """How blocks are inserted."""
-        return Filling.of(self.constraints, self.options.interpolation)
-
-    def best(self, given: Narrow) -> Attempt:
+    def best(self, given: Narrow) -> Optimum:
         """Solve a path, again within narrower bounds where bounds are broken between its locations.
 
-        Directions that keep a least angle to the normal surround a hole, over which a turn within one move
-        hops; and blocks between two locations at the end of an axis's travel may go some micrometres beyond.
+        A large turn within one move may hop over the hole that a least angle to the normal leaves; blocks
+        between two locations at the end of an axis's travel may go some micrometres beyond.
         """
         attempts = [self._on_turns(given)]
         narrow = given
@@ -257,32 +240,35 @@ class Attempts:
         if best.fault is not None:
             raise best.fault
         stages = [stage for attempt in attempts for stage in attempt.found.stages]
-        return replace(best, found=replace(best.found, stages=tuple(stages)))
+        return replace(best.found, stages=tuple(stages))
 
-    def rewound(self, attempt: Attempt) -> Optimum:
+    def rewound(self, found: Optimum) -> Optimum:
         """Bring a solution into the limits of axes that it turns farther than they go."""
-        found, mask = attempt.found, attempt.mask
         if found.machine is self.machine:
             return found
-        rotary = found.motion.positions[:, self.machine.rotary_columns]
+        rotary, mask = found.motion.positions[:, self.machine.rotary_columns], self._unwrapped_mask
         mask = None if mask is None else mask.along(found.motion.location)
         keeps = path_check(found.toolpath, found.machine, rotary, self.cone, mask)
         return rewind_solution(found, self.machine, partial(refined, effort=self.effort), keeps)
 
     def _on_turns(self, narrow: Narrow) -> Attempt:
         """Solve within the turns that the axes have, if possible, or else without an end of them."""
-        mask, winding = Mask.of(self.options.mask), winding_columns(narrow.machine)
+        winding = winding_columns(narrow.machine)
         try:
-            attempt = self._within(narrow, mask)
+            attempt = self._within(narrow, Mask.of(self.options.mask))
             if attempt.fault is None or not winding:
                 return attempt
         except Infeasible:
             if not winding:
                 raise
         # The axis turns as far as the path needs; afterwards it is rewound where that is cheap.
-        mask = None if mask is None else mask.wrapped(self.machine)
-        attempt = self._within(replace(narrow, machine=endless(narrow.machine)), mask)
+        attempt = self._within(replace(narrow, machine=endless(narrow.machine)), self._unwrapped_mask)
         return replace(attempt, found=replace(attempt.found, machine=endless(self.machine)))
+
+    @property
+    def _unwrapped_mask(self) -> Mask | None:
+        mask = Mask.of(self.options.mask)
+        return None if mask is None else mask.wrapped(self.machine)
 
     def _within(self, narrow: Narrow, mask: Mask | None) -> Attempt:
         """Solve on the machine of some bounds."""
@@ -292,13 +278,13 @@ class Attempts:
         found, rank, breach = delivery.delivered(found, others)
         rotary, fault = found.motion.positions[found.motion.given][:, columns], None
         if not delivery.admits(rotary):
-            fault = without_path(delivery.given_problem, delivery.given, rotary)
+            fault = without_path(delivery.given_instance.problem, delivery.given, rotary)
         elif mask is not None:
             refused = ~mask.admits(np.arange(len(self.toolpath)), rotary)
             if refused.any():
-                raise refusal(delivery.given_problem, self.toolpath, rotary, refused, mask)
+                raise refusal(delivery.given_instance.problem, self.toolpath, rotary, refused, mask)
         # Without the narrower limits.
-        return Attempt(replace(found, machine=self.machine), mask, rank, breach, fault)
+        return Attempt(replace(found, machine=self.machine), rank, breach, fault)
 
     def _at_knots(self, narrow: Narrow, mask: Mask | None) -> Array | None:
         """Solve at the knots of a long path; (n, 2) rad, None where that is no less work, or impossible."""
@@ -323,7 +309,7 @@ class Attempts:
         at = np.interp(location, np.arange(len(rows)), run[rows])
         rotary = np.stack([np.interp(run, at, angle) for angle in best.rotary.T], axis=1)
         # Where the pivot stands still, several locations are at the same length.
-        rotary[rows] = best.rotary[location == np.floor(location)]
+        rotary[rows] = best.rotary[best.instance.own]
         return rotary
 
     def _begun(
@@ -336,9 +322,9 @@ class Attempts:
     ) -> tuple[Optimum, Delivery]:
         """Find the baselines and a path to begin with, and what will solve that for its program.
 
-        The path needn't pass the mask. A start, (n, 2) rad, is refined instead of a search; a known path,
-        (n, 2) rad, takes the place of both. Without one `Infeasible` is raised where locations are out of
-        reach, or moves turn too far.
+        A start, (n, 2) rad, is refined instead of a search; a known path, (n, 2) rad, is taken as it is. The
+        path may be one that the mask refuses. `Infeasible` says which locations are out of reach, or where
+        moves turn too far.
         """
         problem, bounds = self._problem(narrow, path)
         machine, options = problem.machine, self.options
@@ -368,7 +354,8 @@ class Attempts:
             return (problem, bounds) if again is path else self._problem(narrow, again, location)
 
         near, by_length = Near(self.effort, self.cone, mask, rotary), self.constraints.turn_rate is not None
-        return found, Delivery(path, rebuild, near, self.filling, options, by_length, known is not None)
+        filling = Filling.of(self.constraints, options.interpolation)
+        return found, Delivery(path, rebuild, near, filling, options, by_length, known is not None)
 
     @property
     def _starting(self) -> Effort:
@@ -415,14 +402,12 @@ def with_bound(
 ) -> Found:
     """Add a certified lower bound of a solution's energy, or of its travel metric if that is the objective.
 
-    The bound holds for every posture that keeps the lean, the axis limits and the largest turns of the
-    constraints. Collisions, a mask and a singular cone, which only raise the cost, aren't looked at. A
-    machine whose drives allow no bound gets a finding.
+    It holds for every posture that keeps the constraints on lean and turns, and the axis limits; collisions,
+    mask and singular cone only raise the cost. A machine whose drives allow no bound gets a finding.
     """
     by_tip = found.filling.interpolation is Interpolation.TCP
     bound = bound_travel if objective == "travel" else partial(bound_energy, by_tip=by_tip)
-    path = found.toolpath
-    turns = _largest_turns(found, constraints)
+    path, turns = found.toolpath, _largest_turns(found, constraints)
     try:
         return replace(found, bound=bound(path, found.machine, found.tilt, turns, progress=progress))
     except MachineError as error:
@@ -439,4 +424,4 @@ def _largest_turns(found: Optimum, constraints: Constraints) -> Array | None:
     own = np.abs(found.motion.moves[1:, found.machine.rotary_columns]).max(axis=1, initial=0.0)
     if constraints.max_turn is None and (path.cutting[1:] & (own > turns + SAME_TURN)).any():
         turns = turn_bounds(path, constraints, location, found.machine)
-    return np.where(found.toolpath.cutting[1:], turns, np.inf)
+    return np.where(path.cutting[1:], turns, np.inf)

@@ -49,11 +49,11 @@ class Problem(StepTable):
 
     ``Σ_i [Σ_a (W⁺_a Δq⁺_a + W⁻_a Δq⁻_a) + P (τ_i − L_i/F_i) + μ_i ‖Δρ_i‖²]`` subject to the bounds on the
     tool's lean, the axis limits and the largest rotary step; the costs of travel are those of form-shaping
-    Eq. 1. ``τ_i = max(L_i/F_i, max_a |Δq_a| / v_a)`` is the duration of a move: its time at the programmed
-    feed doesn't depend on the posture, so only the rest counts. A rapid move has no feed, so all of its time
-    counts (`least_times`). Where an axis has a highest acceleration a, the change of Δq/τ from one cut to the
-    next is at most ``a (τ_i + τ_{i+1}) / 2`` with the feed's τ; any excess, which would slow the machine
-    down, has a price. This record has the figures; the expressions are in `fiveaxis.posture.terms`.
+    Eq. 1. ``τ_i = max(L_i/F_i, max_a |Δq_a| / v_a)`` is the duration of a move. Its time at the programmed
+    feed doesn't depend on the posture, so only the rest counts; of a rapid move, which has no feed, all of it
+    (`least_times`). Where an axis has a highest acceleration a, a change of Δq/τ from one cut to the next
+    beyond ``a (τ_i + τ_{i+1}) / 2``, with the feed's τ, would slow the machine down, and has a price. This
+    record has the figures; the expressions are in `fiveaxis.posture.terms`.
 
     Parameters
     ----------
@@ -127,6 +127,8 @@ class Problem(StepTable):
         plus, minus = travel_costs(machine, toolpath.feed, toolpath.rapid)
         up, down = lifting_costs(machine, up_penalty)
         rates = axis_bounds(machine)
+        # Steps of which the moves between given locations consist.
+        parts = np.diff(np.flatnonzero(~toolpath.inserted), prepend=0, append=len(toolpath) - 1)
         return cls(
             machine=machine,
             pivot=toolpath.pivot,
@@ -140,11 +142,11 @@ class Problem(StepTable):
             least_time=least_times(toolpath, machine)[1:],
             top_speed=rates.speed,
             top_acceleration=rates.acceleration,
-            excess_price=np.array(
-                [ROTARY_EXCESS_PRICE if a.is_rotary else LINEAR_EXCESS_PRICE for a in machine.axes]
+            excess_price=np.where(
+                [a.is_rotary for a in machine.axes], ROTARY_EXCESS_PRICE, LINEAR_EXCESS_PRICE
             ),
             time_price=time_price,
-            bend_price=np.asarray(bend_price * parts_of_moves(toolpath), dtype=np.float64),
+            bend_price=np.asarray(bend_price * np.repeat(parts, parts), dtype=np.float64),
         )
 
     def __repr__(self) -> str:
@@ -195,6 +197,14 @@ class Problem(StepTable):
         """Sum how far axis values, (..., k), lie past their limits (mm, rad)."""
         return np.maximum(self.machine.limit_excess(positions), 0.0).sum(axis=-1)
 
+    def excess(self, rotary: Array) -> Array:
+        """Find by how much a path, (n, 2) rad, breaks bounds and limits at its locations, (n,).
+
+        It is a cosine past its bound or axis values past their limits, mm or rad, whichever is larger.
+        """
+        positions, excess = self.placed(slice(None), rotary)
+        return np.asarray(np.fmax(excess, self.limit_excess(positions)))
+
     @property
     def terms(self) -> tuple[Term, ...]:
         """The terms of the objective and the bounds; not kept, as of a long path they are large."""
@@ -243,18 +253,10 @@ class Problem(StepTable):
 
     def violation(self, rotary: Array) -> float:
         """Find the worst violation of a path, (n, 2) rad: cosine, mm or rad; 0 if there is none."""
-        positions, excess = self.placed(slice(None), rotary)
-        worst = (excess.max(), self.limit_excess(positions).max(), self.turn_excess(rotary).max(initial=0.0))
+        worst = self.excess(rotary).max(), self.turn_excess(rotary).max(initial=0.0)
         return max(0.0, *(float(w) for w in worst))
 
     def turn_excess(self, rotary: Array) -> Array:
         """Compute how far cutting steps turn beyond their bound, (n − 1,) rad; 0 on links."""
         turns = (np.abs(np.diff(rotary, axis=0)) - self.max_turn).max(axis=1)
         return np.where(self.strict, np.maximum(turns, 0.0), 0.0)
-
-
-def parts_of_moves(toolpath: Toolpath) -> IntArray:
-    """Count the steps of which the move between two given locations consists, for each of them, (n − 1,)."""
-    ends = np.flatnonzero(~toolpath.inserted)
-    counts = np.diff(ends, prepend=0, append=len(toolpath) - 1)
-    return np.repeat(counts, counts)

@@ -97,8 +97,7 @@ def program_energy(
 def blocks_energy(machine: Machine, blocks: Motion, clock: Clock, rounding: float = 0.0) -> Energy:
     """Compute the energy of a program's blocks over the control's time, and what limits their speed.
 
-    Of what is only compared `timed_energy` is enough: this takes half as long again. The rounding, mm, is as
-    for `motion_energy`.
+    It takes half as long again as `timed_energy`. The rounding, mm, is as for `motion_energy`.
     """
     taken = clock(blocks, machine)
     energy = timed_energy(machine, blocks, taken, rounding)
@@ -113,7 +112,7 @@ def timed_energy(machine: Machine, blocks: Motion, taken: PredictedTime, roundin
 
 @dataclass(frozen=True, eq=False)
 class Unwrapped:
-    """A path before its axes were rewound into their limits.
+    """A path before its axes were rewound into their limits, or one without rewinds.
 
     Parameters
     ----------
@@ -178,18 +177,23 @@ class Optimum(ShownAsTable, HasColumns):
 
     @cached_property
     def kkt(self) -> Optimality | None:
-        """How far the path is from a local optimum; None for a solution that was put together by hand.
+        """How far the path `before_rewinds` is from a local optimum; None without, or of a very long one.
 
-        None, too, of more than `MOST_MEASURED` locations. A solution with rewinds is judged by its path
-        before them. A mask isn't part of the problem: where it keeps the path from the optimum, the residual
-        shows by how much. Computed on first use.
+        A mask isn't part of the problem: where it keeps the path from the optimum, the residual shows by how
+        much. Computed on first use.
         """
-        problem = self.problem if self.unwrapped is None else self.unwrapped.problem
-        if problem is None or len(problem) > MOST_MEASURED:
+        solved = self.before_rewinds
+        if solved is None or len(solved.problem) > MOST_MEASURED:
             return None
-        if self.unwrapped is not None:
-            return optimality(problem, self.unwrapped.rotary)
-        return optimality(problem, self.motion.positions[:, problem.machine.rotary_columns])
+        return optimality(solved.problem, solved.rotary)
+
+    @property
+    def before_rewinds(self) -> Unwrapped | None:
+        """The path that was solved, without rewinds; None for a solution that was put together by hand."""
+        if self.unwrapped is not None or self.problem is None:
+            return self.unwrapped
+        rotary = self.motion.positions[:, self.machine.rotary_columns]
+        return Unwrapped(self.toolpath, self.problem, rotary, ())
 
     @property
     def travel(self) -> float:
@@ -239,11 +243,9 @@ class Optimum(ShownAsTable, HasColumns):
     def columns(self) -> dict[str, NDArray[Any]]:
         """Return the locations by columns, (n,) each.
 
-        Returns
-        -------
-        Those of `Motion.columns`; ``tilt_deg``, ``lead_deg`` and ``lean_deg`` of the tool against surface
-        normal and feed, NaN where there is none; ``X_W``, ``A_W`` and so on, the mean power of each axis in
-        the move to the location, over the time that the control takes for it
+        They are those of `Motion.columns`; ``tilt_deg``, ``lead_deg`` and ``lean_deg`` of the tool against
+        surface normal and feed, NaN where there is none; ``X_W``, ``A_W`` and so on, the mean power of each
+        axis in the move to the location, over the time that the control takes for it.
         """
         path, motion = self.toolpath, self.timed()
         axis = tool_poses(self.machine, motion.positions)[1]
@@ -257,18 +259,15 @@ class Optimum(ShownAsTable, HasColumns):
         }
 
     def plot(self, axes: Sequence[Any]) -> None:
-        """Draw the axes along the path on two axes of matplotlib: their values, and their powers.
+        """Draw the axes along the path, over its length, mm: their values, mm and deg, and mean powers, W.
 
         Parameters
         ----------
-        axes : two, as ``matplotlib.pyplot.subplots(2, sharex=True)[1]`` has them. The first gets the values,
-            mm and deg, the second the mean power of each axis in the move to the location, W, both over the
-            length along the path, mm
+        axes : two of matplotlib, as ``matplotlib.pyplot.subplots(2, sharex=True)[1]`` has them
         """
         values, powers = axes
         columns = self.columns()
-        steps = np.linalg.norm(np.diff(self.toolpath.pivot, axis=0), axis=1)
-        along = np.concatenate([[0.0], np.cumsum(steps)])
+        along = np.cumsum(self.toolpath.lengths)
         for axis in self.machine.axes:
             values.plot(along, columns[f"{axis.letter}_{axis.unit}"], label=f"{axis.letter}, {axis.unit}")
             powers.plot(along, columns[f"{axis.letter}_W"], label=axis.letter)
@@ -295,10 +294,9 @@ class Optimum(ShownAsTable, HasColumns):
         return min(fair, key=lambda name: getattr(self.baselines[name], measure), default=None)
 
     def to_measure(self, baseline: str, *, with_base: bool = False) -> str:
-        """Say what to measure where drives are estimated so roughly that a saving might be a loss.
+        """Say which drives to measure where estimates leave open whether a baseline costs more; else nothing.
 
-        Named are the estimated drives, those of widest effect first; nothing where it is known whether a
-        baseline costs more. `with_base` is as for `savings_ranges`.
+        Those of widest effect come first; `with_base` is as for `savings_ranges`.
         """
         low, high = self.savings_ranges(with_base=with_base).get(baseline, (0.0, 0.0))
         if not low < 0.0 < high:
@@ -311,8 +309,8 @@ class Optimum(ShownAsTable, HasColumns):
     def savings_ranges(self, *, with_base: bool = False) -> dict[str, tuple[float, float]]:
         """Compute between which shares the savings lie if drives are estimated; empty if none is.
 
-        `energy_draws` draws machines from the bands of the drives; the program is the same on all of them.
-        With `with_base` the base power over the cycle time counts, where it is known.
+        The same program runs on machines that are drawn from the bands of the drives (`energy_draws`). With
+        `with_base` the base power over the cycle time counts, where it is known.
         """
         if not self.machine.bands:
             return {}
@@ -347,10 +345,7 @@ class Optimum(ShownAsTable, HasColumns):
         return {name: 1.0 - self.energy.time / time for name, time in times.items() if time}
 
     def timed(self, name: str = RESULT) -> Motion:
-        """Return the motion, or that of a baseline, with the times that the control takes for its program.
-
-        They are the programmed ones on a machine without accelerations.
-        """
+        """Return the motion, or a baseline's, with the control's times, or else the programmed ones."""
         return self._run(name)[0]
 
     def limiting(self, name: str = RESULT) -> Limiting:
@@ -364,7 +359,7 @@ class Optimum(ShownAsTable, HasColumns):
 
     @cached_property
     def _runs(self) -> dict[str, tuple[Motion, Limiting]]:
-        """Motions with the control's times, and what limits them, by name, as far as they were asked for."""
+        """Motions in the control's time, and what limits them, by name: those that were asked for."""
         return {}
 
     def _in_time(self, given: Baseline | None) -> tuple[Motion, Limiting]:
@@ -385,10 +380,8 @@ class Optimum(ShownAsTable, HasColumns):
     def residuals(self) -> dict[str, float]:
         """Audit the motion against the problem; every figure is 0 for a perfect solution.
 
-        Returns
-        -------
-        ``tilt`` and ``limit``: largest overrun, rad (mm for linear axes); ``contact``: largest distance
-        between the path's pivot and the pivot that the axis values give, mm.
+        Returned are the largest overruns ``tilt``, rad, and ``limit``, mm or rad, and as ``contact`` the
+        largest distance between the path's pivot and the one that the axis values give, mm.
         """
         tip, axis = tool_poses(self.machine, self.motion.positions)
         path = self.toolpath

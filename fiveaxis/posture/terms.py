@@ -1,11 +1,9 @@
 """The terms of the optimisation problem, each written once.
 
 Everything nonlinear is a *quantity* of one location: axis values and tool axis are CasADi expressions of its
-rotary angles (`location_tapes`). Every term is a linear expression of the quantities of one or more
-consecutive locations, with prices and bounds for each of its rows. It is written over scalars: columns of
-arrays where a path is priced, CasADi symbols where its coefficients are derived (`Term.coefficients`).
-Problem, solvers and optimality check read this list and nothing else; to add a term, add a function to
-`TERMS`.
+rotary angles (`location_tapes`). A term is linear in the quantities of one or more consecutive locations, and
+has prices and bounds for each of its rows. Its expression works on columns of arrays, to price a path, and on
+CasADi symbols, to derive its coefficients. To add a term, add a function to `TERMS`: all else reads that.
 """
 
 from __future__ import annotations
@@ -125,12 +123,10 @@ def _coefficients(expression: Expression, span: int, data: int, count: int) -> t
         if not ca.is_linear(rows, quantities):
             raise ValueError(f"{expression.__name__} isn't linear; make the nonlinear part a quantity")
         slope = ca.jacobian(rows, quantities)
-        found = [
-            [column for column in range(quantities.numel()) if slope.sparsity().has_nz(row, column)]
-            for row in range(rows.numel())
-        ]
-        most = max(len(columns) for columns in found)
-        padded = np.array([columns + [-1] * (most - len(columns)) for columns in found], dtype=np.int64)
+        entry = np.array(ca.DM(slope.sparsity(), 1.0), dtype=bool)
+        found = [np.flatnonzero(row) for row in entry]
+        most = max(map(len, found))
+        padded = np.array([np.pad(row, (0, most - len(row)), constant_values=-1) for row in found])
         entries = [slope[row, c] if c >= 0 else ca.SX(0.0) for row, at in enumerate(padded) for c in at]
         return padded, Tape.of(given, ca.vertcat(*entries))
 
@@ -211,7 +207,7 @@ def location_tapes(machine: Machine, zone: Zone) -> LocationTapes:
         if key not in _written:
             if len(_written) >= MOST_WRITTEN:
                 _written.pop(next(iter(_written)))
-            _written[key] = _location_tapes(machine, zone)
+            _written[key] = _write(machine, zone)
         return _written[key]
 
 
@@ -220,7 +216,7 @@ MOST_WRITTEN = 32
 _written: dict[tuple[Any, ...], LocationTapes] = {}
 
 
-def _location_tapes(machine: Machine, zone: Zone) -> LocationTapes:
+def _write(machine: Machine, zone: Zone) -> LocationTapes:
     rotary, pivot, normal = (ca.SX.sym(name, size) for name, size in (("rotary", 2), ("p", 3), ("n", 3)))
     linear = linear_axes_of_posture(machine, pivot, rotary, zone, normal)
     values = dict(zip(machine.linear_columns, ca.vertsplit(linear), strict=True))
@@ -298,9 +294,8 @@ def waits(problem: Problem) -> Term | None:
     """Price the time by which steps take longer than at the feed, s."""
     if not problem.is_timed:
         return None
-    return _term(
-        "waits", problem, _waits, 1, rows=np.arange(len(problem) - 1), low=0.0, plus=problem.time_price
-    )
+    steps = np.arange(len(problem) - 1)
+    return _term("waits", problem, _waits, 1, rows=steps, low=0.0, plus=problem.time_price)
 
 
 def durations(problem: Problem) -> Term | None:
@@ -323,27 +318,18 @@ def acceleration_excess(problem: Problem) -> Term | None:
         return None
     free = (times[first] + times[first + 1])[:, None] / 2.0 * problem.top_acceleration
     paces = 1.0 / np.stack([times[first], times[first + 1]], axis=1)
-    price = problem.excess_price
-    return _term(
-        "acceleration", problem, _speed_changes, 3, rows=first, data=paces, free=free, plus=price, minus=price
-    )
+    prices = dict.fromkeys(("plus", "minus"), problem.excess_price)
+    return _term("acceleration", problem, _speed_changes, 3, rows=first, data=paces, free=free, **prices)
 
 
 # Every term of the problem; one that a problem doesn't need is None.
-TERMS: tuple[Callable[[Problem], Term | None], ...] = (
-    limits,
-    leans,
-    travel,
-    bends,
-    waits,
-    durations,
-    acceleration_excess,
-)
+Write = Callable[["Problem"], Term | None]
+TERMS: tuple[Write, ...] = limits, leans, travel, bends, waits, durations, acceleration_excess
 
 
-def terms_of(problem: Problem) -> tuple[Term, ...]:
-    """Collect the terms of a problem."""
-    return tuple(term for term in (write(problem) for write in TERMS) if term is not None)
+def terms_of(problem: Problem, written: Sequence[Write] = TERMS) -> tuple[Term, ...]:
+    """Collect the terms of a problem, all or some of them."""
+    return tuple(term for term in (write(problem) for write in written) if term is not None)
 
 
 def _term(

@@ -280,8 +280,8 @@ MUTANTS = (
     Mutant(
         "posture/strategy/least_time.py",
         "stop time of a short block without the factor 2",
-        "time = np.where(short, 2.0 * root, time)",
-        "time = np.where(short, root, time)",
+        "speed / push, 2.0 * root, lasting",
+        "speed / push, root, lasting",
         ("unit/posture/strategy/test_least_time.py", "unit/posture/test_terms.py"),
     ),
     Mutant(

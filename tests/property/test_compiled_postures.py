@@ -122,7 +122,7 @@ def test_the_refinements_derivatives_are_finite_differences_of_its_quantities(na
 def walked(path: Toolpath, machine: Machine, bounds, anchor: np.ndarray) -> np.ndarray:
     """Take the cheapest admissible move at every location with whole arrays and the kinematics."""
     plus, minus = travel_costs(machine, path.feed, path.rapid)
-    coarse, fine = catalogue._offsets(catalogue.COARSE), catalogue._offsets(catalogue.FINE)
+    coarse, fine = catalogue.COARSE, catalogue.FINE
     low, high = machine.low - ON_LIMIT, machine.high + ON_LIMIT
     rotary, here = anchor.copy(), follow(path, machine, anchor).positions[0]
     for i in range(1, len(path)):

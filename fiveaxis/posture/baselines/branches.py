@@ -30,7 +30,7 @@ from fiveaxis.model import (
     travel_costs,
     within_limits,
 )
-from fiveaxis.posture.strategy.holding import free_angles
+from fiveaxis.posture.strategy.turn_bounds import free_angles
 
 # Steps of the tilt range.
 TILT_STEPS = 61
@@ -114,10 +114,9 @@ def spread_over_links(toolpath: Toolpath, rows: IntArray, rotary: Array) -> Arra
 
 
 def follow_axes(toolpath: Toolpath, machine: Machine, axis: Array) -> Array:
-    """Compute the rotary angles of tool axes on the cheapest branches; (n, 2) rad.
+    """Compute the rotary angles of tool axes, (n, 3) unit vectors, on the cheapest branches; (n, 2) rad.
 
-    In NaN rows (links) of the (n, 3) unit vectors angles are interpolated between the neighbours.
-    `NoBaseline` names a location where neither branch keeps the limits.
+    In NaN rows (links) they are interpolated. `NoBaseline` names a location that neither branch reaches.
     """
     costs = travel_costs(machine, toolpath.feed, toolpath.rapid)
     ((rotary, unreached),) = follow_each(toolpath, machine, axis[None], costs)
@@ -163,9 +162,9 @@ def cheapest_branches(
 ) -> Array:
     """Choose branches and turns by dynamic programming; (n, 2) rad, chain order.
 
-    Positions and what is allowed are as in `Postures`; columns, (2,), are of the rotary axes. The prices,
-    plus and minus, (n, k) J/mm and J/rad, are of the move into each location. The shorter turn is taken
-    within the limits low and high, (2,) rad, which it may exceed by the slack, rad.
+    Positions and what is allowed are as in `Postures`; columns, (2,), are of the rotary axes. Prices, plus
+    and minus, (n, k) J/mm and J/rad, are of the move into each location. The shorter turn is taken within
+    limits, low and high, (2,) rad, which it may exceed by the slack, rad.
     """
     n, k = positions.shape[1], positions.shape[2]
     turn = 2.0 * np.pi
@@ -192,9 +191,8 @@ def cheapest_branches(
                     least = np.ceil((low[r] - slack - angle) / turn)
                     most = np.floor((high[r] + slack - angle) / turn)
                     if least <= most:
-                        there[columns[r]] = angle + turn * min(
-                            max(np.rint((before - angle) / turn), least), most
-                        )
+                        nearest = min(max(np.rint((before - angle) / turn), least), most)
+                        there[columns[r]] = angle + turn * nearest
                 total = cost[d]
                 for a in range(k):
                     step = there[a] - here[d, a]
@@ -220,11 +218,14 @@ def cheapest_branches(
 def nearest_to_reference(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> tuple[Array, BoolArray]:
     """Find for each location the smallest upward lean that the machine reaches.
 
-    Returned are unit vectors, (n, 3), NaN where the location is unbounded, and the locations, (n,), where no
-    lean of the range is reached.
+    Return unit vectors, (n, 3), NaN where the location is unbounded, and where no lean is reached, (n,).
     """
-    upwards = uphill(tilt.reference, machine.chain.tool_home[:3, 2])
-    axis = np.full_like(tilt.reference, np.nan)
+    # At right angles to the reference, where it rises most steeply.
+    up = machine.chain.tool_home[:3, 2]
+    across = up - tilt.reference * product(tilt.reference, up)[:, None]
+    flat = np.linalg.norm(across, axis=1) < 1e-9
+    across[flat] = perpendicular(tilt.reference[flat])
+    upwards, axis = normalise(across), np.full_like(tilt.reference, np.nan)
     open_rows: BoolArray = np.array(np.isfinite(tilt.reference).all(axis=1))
     for angle in np.linspace(tilt.low + INSIDE, tilt.high - INSIDE, TILT_STEPS):
         leaning = np.cos(angle) * tilt.reference + np.sin(angle) * upwards
@@ -241,19 +242,10 @@ def nearest_to_reference(toolpath: Toolpath, machine: Machine, tilt: TiltBounds)
     return axis, open_rows
 
 
-def uphill(reference: Array, up: Array) -> Array:
-    """Compute unit vectors at right angles to the reference that rise most steeply, (n, 3)."""
-    across = up - reference * product(reference, up)[:, None]
-    flat = np.linalg.norm(across, axis=1) < 1e-9
-    across[flat] = perpendicular(reference[flat])
-    return normalise(across)
-
-
 def nearest_held(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> tuple[Array, BoolArray]:
     """Find for each location the posture nearest to the reference on a machine with held axes.
 
-    Returned are angles, (n, 2) rad, on links interpolated between their neighbours, and the locations, (n,),
-    without an admissible posture.
+    Return angles, (n, 2) rad, interpolated on links, and where there is no admissible posture, (n,).
     """
     angles = free_angles(machine)
     axis = tool_axes(machine, angles)
@@ -267,16 +259,11 @@ def nearest_held(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> tupl
         admitted = np.take_along_axis(tilt.admits(np.tile(axis, (len(part), 1, 1)), part), order, axis=1)
         for row, ranked, inside in zip(part, order, admitted, strict=True):
             tried = angles[ranked[inside]]
-            reached = np.flatnonzero(_reached(toolpath, machine, int(row), tried))
+            if not len(tried):
+                continue
+            held = follow(toolpath.at(np.full(len(tried), row)), machine, tried).positions
+            reached = np.flatnonzero(within_limits(machine, held))
             if len(reached):
                 rotary[row], open_rows[row] = tried[reached[0]], False
     found = rows[~open_rows[rows]]
     return spread_over_links(toolpath, found, rotary[found]) if len(found) else rotary, open_rows
-
-
-def _reached(toolpath: Toolpath, machine: Machine, row: int, rotary: Array) -> BoolArray:
-    """Check which rotary angles, (m, 2) rad, keep all limits at a location."""
-    if not len(rotary):
-        return np.zeros(0, dtype=bool)
-    part = toolpath.at(np.full(len(rotary), row))
-    return within_limits(machine, follow(part, machine, rotary).positions)

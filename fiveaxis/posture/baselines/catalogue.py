@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from functools import partial
+from itertools import product as product_of
 
 import numpy as np
 
@@ -48,7 +49,7 @@ from fiveaxis.posture.baselines.branches import (
 )
 from fiveaxis.posture.location_model import LocationModel, Locations, place
 from fiveaxis.posture.solution import AS_PROGRAMMED, Baseline
-from fiveaxis.posture.strategy.holding import free_angles, is_holding
+from fiveaxis.posture.strategy.turn_bounds import free_angles, is_holding
 
 # Step of the lead and lean angles of `lead-lean`.
 LEAN_STEP = np.radians(15.0)
@@ -60,6 +61,13 @@ FIXED_ROWS = 50_000
 RANKING_LOCATIONS, RANKED_KEPT = 400, 6
 # Distance of unit vectors that is rounding.
 SAME_AXIS = 1e-9
+# Offsets that `greedy` tries around the previous posture (rad): none, and a ring of directions at each scale.
+RING = np.radians(np.arange(0.0, 360.0, 30.0))
+RING = np.stack([np.cos(RING), np.sin(RING)], axis=1)
+COARSE, FINE = (
+    np.concatenate([np.zeros((1, 2)), *(scale * RING for scale in np.radians(scales))])
+    for scales in ([16.0, 8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.1], [0.06, 0.03, 0.015, 0.005])
+)
 # Distances inside the bounds at which `lead-lean` tries a pair if its grid misses a narrow range (rad).
 INSETS = np.radians([2.0, 0.5, 0.1, 0.02])
 
@@ -77,21 +85,18 @@ def find_baselines(
         the cheapest move from the one before)
     missing : by name, the reason
     """
-    makers: dict[str, Callable[[Toolpath, Machine, TiltBounds], Array]] = {
+    makers: dict[str, Callable[..., Array]] = {
         AS_PROGRAMMED: as_programmed,
         "normal": along_normal,
         "lead-lean": lead_lean,
         "fixed": single_posture,
-        "greedy": lambda path, on, bounds: greedy(path, on, bounds, anchored()),
+        "greedy": greedy,
     }
     found: dict[str, Baseline] = {}
-
-    def anchored() -> Array | None:
-        normal = found.get("normal")
-        return None if normal is None else normal.motion.positions[:, machine.rotary_columns]
-
     missing: dict[str, str] = {}
     for name, make in makers.items():
+        if name == "greedy" and "normal" in found:
+            make = partial(greedy, anchor=found["normal"].motion.positions[:, machine.rotary_columns])
         try:
             rotary = checkpoint.found(partial(make, toolpath, machine, tilt))
             motion = follow(toolpath, machine, rotary)
@@ -202,15 +207,13 @@ def leaned(reference: Array, forward: Array, lead: float, lean: float) -> Array:
 
 
 def _leads_and_leans(tilt: TiltBounds) -> Iterator[tuple[float, float]]:
-    steps = LEAN_STEP * np.arange(-5, 6)
-    for lead in steps:
-        for lean in steps:
-            angle = math.acos(np.cos(lead) * np.cos(lean))
-            inside = np.clip(angle, tilt.low + INSIDE, tilt.high - INSIDE)
-            # A pair on the edge of the range is scaled to lie inside; one outside it is left out.
-            if abs(angle - inside) < 10.0 * INSIDE:
-                scale = inside / angle if angle > 0.0 else 1.0
-                yield float(lead * scale), float(lean * scale)
+    """Yield the pairs of a grid that are in the tilt range; those on its edge are scaled to lie inside."""
+    for lead, lean in product_of(LEAN_STEP * np.arange(-5, 6), repeat=2):
+        angle = math.acos(np.cos(lead) * np.cos(lean))
+        inside = np.clip(angle, tilt.low + INSIDE, tilt.high - INSIDE)
+        if abs(angle - inside) < 10.0 * INSIDE:
+            scale = inside / angle if angle > 0.0 else 1.0
+            yield float(lead * scale), float(lean * scale)
 
 
 def _drawn_pairs(tilt: TiltBounds, forward: Array) -> Iterator[tuple[float, float]]:
@@ -262,37 +265,19 @@ def _fixed_costs(toolpath: Toolpath, machine: Machine, grid: Array) -> Array:
     return costs
 
 
-# Offsets that `greedy` tries around the previous posture: a ring of directions at every scale, and none.
-RING = np.radians(np.arange(0.0, 360.0, 30.0))
-COARSE = np.radians([16.0, 8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.1])
-FINE = np.radians([0.06, 0.03, 0.015, 0.005])
-
-
-def _offsets(scales: Array) -> Array:
-    ring = np.stack([np.cos(RING), np.sin(RING)], axis=1)
-    return np.concatenate([np.zeros((1, 2)), *(scale * ring for scale in scales)])
-
-
 def greedy(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, anchor: Array | None = None) -> Array:
     """Take at each location the cheapest move from the one before, without looking ahead; (n, 2) rad.
 
-    It starts from the path of `along_normal`, or from `anchor`, (n, 2) rad, if that path is known already,
-    and falls back to it where no small move is admissible.
+    It starts from the path of `along_normal`, the `anchor`, (n, 2) rad, if that is known already, and falls
+    back to it where no small move is admissible.
     """
     anchor = along_normal(toolpath, machine, tilt) if anchor is None else anchor
     normal = np.nan_to_num(toolpath.normal)
     model = LocationModel.of(machine, toolpath.zone, toolpath.pivot, normal, tilt.all)
-    plus, minus = travel_costs(machine, toolpath.feed, toolpath.rapid)
-    return walk(
-        model.locations,
-        np.stack([machine.low - ON_LIMIT, machine.high + ON_LIMIT]),
-        np.array(machine.rotary_columns),
-        plus,
-        minus,
-        follow(toolpath, machine, anchor).positions,
-        _offsets(COARSE),
-        _offsets(FINE),
-    )
+    limits = np.stack([machine.low - ON_LIMIT, machine.high + ON_LIMIT])
+    prices = travel_costs(machine, toolpath.feed, toolpath.rapid)
+    anchored, columns = follow(toolpath, machine, anchor).positions, np.array(machine.rotary_columns)
+    return walk(model.locations, limits, columns, *prices, anchored, COARSE, FINE)
 
 
 @compiled
@@ -308,10 +293,13 @@ def walk(
 ) -> Array:
     """Take the cheapest move at every location, first coarse then fine, or the one to the anchor; (n, 2) rad.
 
-    The anchored path, (n, k) mm and rad, is admissible everywhere, and brought near by whole turns. Limits
-    are (2, k) mm and rad; columns are those of the rotary axes, chain order; the prices, plus and minus,
-    (n, k) J/mm and J/rad, are of the move into each location; the coarse and the fine offsets, (m, 2), are in
-    rad.
+    Parameters
+    ----------
+    limits : (2, k), mm and rad
+    columns : of the rotary axes, chain order
+    plus, minus : (n, k), J/mm and J/rad, prices of the move into each location
+    anchored : (n, k), mm and rad, a path that is admissible everywhere; brought near by whole turns
+    coarse, fine : (m, 2), rad, offsets
     """
     axes, count = anchored.shape[1], max(len(coarse), len(fine))
     rotary, around, here, there = np.empty((len(anchored), 2)), np.empty(2), np.empty(axes), np.empty(axes)
@@ -332,15 +320,11 @@ def walk(
             step = anchored[i, a] - here[a]
             to_anchor += plus[i, a] * step if step > 0.0 else -minus[i, a] * step
         for offsets in (coarse, fine):
-            # The anchor's posture where no offset is admissible, or none cheaper.
-            least, moved = to_anchor, False
-            for a in range(axes):
-                there[a] = anchored[i, a]
-            rotary[i, 0], rotary[i, 1] = there[columns[0]], there[columns[1]]
             for m in range(len(offsets)):
                 rows[m] = i
                 tried[m, 0], tried[m, 1] = around[0] + offsets[m, 0], around[1] + offsets[m, 1]
             place(locations, rows[: len(offsets)], tried, positions, excess)
+            least, best = to_anchor, -1
             for m in range(len(offsets)):
                 cost = 0.0 if excess[m] == 0.0 else np.inf
                 for a in range(axes):
@@ -350,11 +334,14 @@ def walk(
                     step = positions[m, a] - here[a]
                     cost += plus[i, a] * step if step > 0.0 else -minus[i, a] * step
                 # Of moves that cost the same the first offset is taken, and the anchor last.
-                if cost < least or (cost == least and not moved):
-                    moved, least, rotary[i, 0], rotary[i, 1] = True, cost, tried[m, 0], tried[m, 1]
-                    for a in range(axes):
-                        there[a] = positions[m, a]
-            around[0], around[1] = rotary[i, 0], rotary[i, 1]
+                if cost < least or (cost == least and best < 0):
+                    least, best = cost, m
+            # The anchor's posture where no offset is admissible, or none cheaper.
+            for a in range(axes):
+                there[a] = positions[best, a] if best >= 0 else anchored[i, a]
+            for r in range(2):
+                around[r] = tried[best, r] if best >= 0 else there[columns[r]]
+        rotary[i, 0], rotary[i, 1] = around[0], around[1]
         for a in range(axes):
             here[a] = there[a]
     return rotary

@@ -38,20 +38,18 @@ def moved_clear(
 ) -> tuple[dict[str, Baseline], dict[str, str]]:
     """Move baselines where a mask refuses them to the nearest postures that mask and bounds admit.
 
-    Distance is measured in the unwrapped rotary angles; locations that the mask admits keep their postures
-    exactly. Along consecutive refused locations the posture stays on one side of the obstacle unless that is
-    a detour. A moved posture keeps the bounds on the lean, and the problem's on turns. Moved baselines have a
-    note; those without a clear path are returned apart, with the reason.
+    Nearest is meant in the unwrapped rotary angles. Along consecutive refused locations the posture stays on
+    one side of the obstacle unless that is a detour. Moved baselines have a note; those without a clear path
+    are returned apart, with the reason.
     """
     clear, machine = _Clear(problem, mask), problem.machine
-    kept, missing = dict(compared), {}
+    kept, missing = {}, {}
     for name, baseline in compared.items():
         rotary = baseline.motion.positions[:, machine.rotary_columns]
         try:
             moved = clear.moved(rotary)
         except NoBaseline as reason:
             missing[name] = str(reason)
-            del kept[name]
             continue
         away = np.linalg.norm(moved - rotary, axis=1)
         if away.any():
@@ -60,7 +58,8 @@ def moved_clear(
                 f"{np.count_nonzero(away)} of {len(toolpath)} locations moved to the nearest clear posture, "
                 f"by up to {np.degrees(away.max()):.1f} deg"
             )
-            kept[name] = replace(baseline, motion=motion, energy=motion_energy(machine, motion), note=note)
+            baseline = replace(baseline, motion=motion, energy=motion_energy(machine, motion), note=note)
+        kept[name] = baseline
     return kept, missing
 
 
@@ -120,8 +119,8 @@ class _Clear:
     def _distances(self, rows: IntArray, rotary: Array) -> tuple[Array, Array]:
         """Query rings around refused postures, (r, 2) rad, from the innermost outwards.
 
-        Found is how far the last refused and the nearest clear posture in a direction are, (r, d) rad each;
-        the latter is infinite if there is none.
+        Return how far the last refused and the nearest clear posture in a direction are, (r, d) rad each,
+        infinite for none.
         """
         inner, outer = np.zeros((len(rows), len(ANGLES))), np.full((len(rows), len(ANGLES)), np.inf)
         left = np.full(len(rows), len(RINGS))
@@ -132,12 +131,10 @@ class _Clear:
             clear = self._admits(rows[at], rotary[at] + ring * _direction(ANGLES[direction]))
             outer[at[clear], direction[clear]] = ring
             inner[at, direction] = last
-            found = np.isfinite(outer).any(axis=1)
-            left = np.where(found, np.minimum(left, MORE_RINGS + 1) - 1, left)
-        at, direction = np.nonzero(np.isfinite(outer))
-        spread = inner[at, direction], outer[at, direction]
-        spread = self._between(rows[at], rotary[at], ANGLES[direction], *spread)
-        inner[at, direction], outer[at, direction] = spread
+            left = np.where(np.isfinite(outer).any(axis=1), np.minimum(left, MORE_RINGS + 1) - 1, left)
+        found = at, direction = np.nonzero(np.isfinite(outer))
+        spread = inner[found], outer[found]
+        inner[found], outer[found] = self._between(rows[at], rotary[at], ANGLES[direction], *spread)
         return inner, outer
 
     def _directions(self, rows: IntArray, every: Array, rotary: Array) -> IntArray:
@@ -148,8 +145,7 @@ class _Clear:
         """
         taken = np.empty(len(rows), dtype=np.int64)
         away = np.where(np.isfinite(every), every, 0.0)[..., None] * _direction(ANGLES)
-        runs = np.split(np.arange(len(rows)), np.flatnonzero(np.diff(rows) > 1) + 1)
-        for run in runs:
+        for run in np.split(np.arange(len(rows)), np.flatnonzero(np.diff(rows) > 1) + 1):
             cost, came, last = np.zeros(1), [], np.zeros((1, 2))
             for k in run:
                 step = cost[:, None] + self._change(rows[k] - 1, rotary, last, away[k])

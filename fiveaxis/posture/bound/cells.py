@@ -1,7 +1,7 @@
 """Cells of the plane of both rotary angles, and where a location's postures may be in them.
 
 Every linear axis is ``M(ρ)·tip + c(ρ)``, and the tip is the pivot less a vector along the tool. M and c
-depend on the machine alone, so the enclosures of a cell are computed once for all locations.
+depend on the machine alone, so they are enclosed once for all locations.
 """
 
 from __future__ import annotations
@@ -57,10 +57,9 @@ class AngleCells(NamedTuple):
     Parameters
     ----------
     sides : of the two rotary axes, chain order
-    axis : (c, 3), unit vectors: the tool axis in the middle of the cell
-    swing : (c,), rad, largest angle of the tool axis in the cell from that
-    matrix : (c, 3, 3), M in the middle, rows in the order of `machine.linear_columns`
-    shift : (c, 3), mm, c in the middle
+    axis, swing : (c, 3), unit vectors, the tool axis in the middle of the cell; (c,), rad, its largest angle
+        to that in the cell
+    matrix, shift : (c, 3, 3), M, and (c, 3), mm, c in the middle, in the order of `machine.linear_columns`
     slope_middle, slope_radius : (c, 3, 2, 4), 1/rad (first three) and mm/rad (last): range of the derivatives
         of M and c by each angle over the cell
     """
@@ -120,13 +119,11 @@ def _affine(machine: Machine, zone: Zone, cosines: Cosines) -> list[list[Any]]:
     The axis values solve ``Σ s_l D_l = tip − r_0``, ``tip = pivot − b·o``: M is the inverse of the directions
     D, and ``c = −M (r_0 + b·o)``.
     """
-    directions = linear_directions(machine.chain, cosines)
-    (a, u), (b, v), (c, w) = directions.items()
+    chain = machine.chain
+    (a, u), (b, v), (c, w) = linear_directions(chain, cosines).items()
     across = {a: cross(v, w), b: cross(w, u), c: cross(u, v)}
     volume = dot(u, across[a])
-    away = add(
-        tool_tip(machine.chain, cosines, {}), scale(float(zone.height), tool_axis(machine.chain, cosines))
-    )
+    away = add(tool_tip(chain, cosines, {}), scale(float(zone.height), tool_axis(chain, cosines)))
     rows = []
     for column in machine.linear_columns:
         row = [component / volume for component in across[machine.letters[column]]]
@@ -148,13 +145,11 @@ def _swing(machine: Machine, axis: Array, sides: tuple[Side, Side]) -> Array:
     A turn about a direction moves the tool axis by the turn times the sine of the angle between both. The
     turn of the second rotary axis may increase that angle for the first.
     """
-    first, second = (0.5 * side.step for side in sides)
-    chain = machine.chain
-    rotary = [np.array(j.line.direction) for j in chain.joints if j.is_rotary]
-    home = chain.tool_home[:3, 2]
-    own = second * float(np.linalg.norm(np.cross(rotary[1], home), axis=-1))
-    outer = np.linalg.norm(np.cross(rotary[0], axis), axis=1)
-    return np.minimum(own + first * np.minimum(outer + own, 1.0), np.pi)
+    first, second = (np.array(j.line.direction) for j in machine.chain.joints if j.is_rotary)
+    half = [0.5 * side.step for side in sides]
+    own = half[1] * float(np.linalg.norm(np.cross(second, machine.chain.tool_home[:3, 2]), axis=-1))
+    outer = np.linalg.norm(np.cross(first, axis), axis=1)
+    return np.minimum(own + half[0] * np.minimum(outer + own, 1.0), np.pi)
 
 
 # The cells, (m,), ascending, that may hold an admissible posture of a location, and the ranges of the linear
@@ -195,10 +190,7 @@ class Window(NamedTuple):
 
 
 def enclose(cells: AngleCells, window: Window, toolpath: Toolpath, tilt: TiltBounds) -> list[Enclosed]:
-    """Enclose the admissible postures of some locations, in cells of the machine and the path's zone.
-
-    The cells of each location are returned; none where no posture is admissible.
-    """
+    """Enclose the admissible postures of some locations, of each in its own cells."""
     references = np.stack([b.reference for b in tilt.all], axis=1)
     normals = np.nan_to_num(toolpath.normal)
     return [
@@ -215,7 +207,6 @@ def _enclose(cells: AngleCells, window: Window, pivot: Array, normal: Array, ref
     kept, near = 0, _admitted(axis, window, reference)
     low, high = np.empty((len(near), 3)), np.empty((len(near), 3))
     for c in near:
-        inside = True
         for k in range(3):
             row, slope, spread = matrix[c, k], slope_middle[c, k], slope_radius[c, k]
             middle, reach = _linear_range(row, shift[c, k], slope, spread, pivot, window.half)
@@ -228,10 +219,9 @@ def _enclose(cells: AngleCells, window: Window, pivot: Array, normal: Array, ref
             least = -HUGE if np.isnan(least) else least
             most = HUGE if np.isnan(most) else most
             if most < window.low[k] or least > window.high[k]:
-                inside = False
                 break
             low[kept, k], high[kept, k] = max(least, window.low[k]), min(most, window.high[k])
-        if inside:
+        else:
             near[kept] = c
             kept += 1
     return near[:kept].copy(), low[:kept].copy(), high[:kept].copy()
@@ -242,15 +232,12 @@ def _admitted(axis: Array, window: Window, reference: Array) -> IntArray:
     """Find the cells that may keep the bounds on the lean; a reference of NaN binds nothing."""
     found, count = np.empty(len(axis), np.int64), 0
     for c in range(len(axis)):
-        may = True
+        x, y, z = axis[c, 0], axis[c, 1], axis[c, 2]
         for b in range(len(reference)):
-            cosine = (
-                axis[c, 0] * reference[b, 0] + axis[c, 1] * reference[b, 1] + axis[c, 2] * reference[b, 2]
-            )
+            cosine = x * reference[b, 0] + y * reference[b, 1] + z * reference[b, 2]
             if cosine < window.least[b, c] or cosine > window.most[b, c]:
-                may = False
                 break
-        if may:
+        else:
             found[count] = c
             count += 1
     return found[:count]
@@ -260,10 +247,7 @@ def _admitted(axis: Array, window: Window, reference: Array) -> IntArray:
 def _linear_range(
     row: Array, shift: float, slope_middle: Array, slope_radius: Array, pivot: Array, half: Array
 ) -> tuple[float, float]:
-    """Enclose a linear axis over a cell: the middle and the radius about it, mm.
-
-    Mean value form: the largest slope by each angle, times half the width.
-    """
+    """Enclose a linear axis over a cell by the mean value form: the middle and the radius about it, mm."""
     middle, reach = shift, 0.0
     for j in range(3):
         middle += row[j] * pivot[j]

@@ -15,8 +15,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fiveaxis.posture.bound.crossing import Crossed
-
 # The first level: rad, steps of its lattice, with its number of cells in a step, and its number of visits.
 FIRST_STEP, FIRST_CELLS, FIRST_VISITS = np.radians(16.0), 4, 60
 # Steps of a finer lattice, in times of those before; cells that a step of closer enclosures has more.
@@ -37,6 +35,23 @@ MOST_CORNERS, MOST_CELLS = 4e7, 5e5
 MORE_CORNERS = 4.0
 # Share by which a level has to promise to raise the bound.
 WORTHWHILE = 2e-3
+
+
+@dataclass(frozen=True)
+class Crossed:
+    """What it costs at least to cross all visits, J; infinite if some location has no admissible posture.
+
+    Parameters
+    ----------
+    work : sources, corners and cells that were looked at, as times of a source
+    most : corners of a visit
+    cells : of the rotary angles
+    """
+
+    total: float
+    work: int
+    most: int
+    cells: int
 
 
 class Steps(NamedTuple):

@@ -1,8 +1,7 @@
 """Corners of a lattice over both rotary angles and the linear axes, near the postures of one location.
 
-The lattice is fixed for a whole path. A posture lies in one of its boxes, and every corner of each box that a
-location's postures may lie in is *touched*. Touched corners are kept in groups, one for each corner of the
-rotary angles: a dense block over the linear axes.
+A location *touches* every corner of each box of the lattice in which its postures may lie. Touched corners
+are kept in groups, one for each corner of the rotary angles: a dense block over the linear axes.
 """
 
 from __future__ import annotations
@@ -21,19 +20,19 @@ FAR = np.int64(1) << 30
 
 @dataclass(frozen=True, eq=False)
 class Lattice:
-    """A lattice over both rotary angles and the linear axes.
+    """A lattice over both rotary angles and the linear axes, the same for a whole path.
 
     Parameters
     ----------
     sides : cells of the rotary angles
-    factors : how many cells are one step of each rotary angle; it divides the cells of an angle that wraps
+    factor : how many cells are one step of a rotary angle; it divides the cells of an angle that wraps
     low, high : (3,) mm, between which the linear axes are enclosed: postures beyond are moved onto the end,
         which makes no path longer
     step : (3,) mm
     """
 
     sides: tuple[Side, Side]
-    factors: tuple[int, int]
+    factor: int
     low: Array
     high: Array
     step: Array
@@ -41,17 +40,13 @@ class Lattice:
     @property
     def counts(self) -> tuple[int, int]:
         """Corners of each rotary angle; the last one of an angle that wraps is next to the first."""
-        first, second = (
-            -(-side.parts // factor) + (0 if side.wraps else 1)
-            for side, factor in zip(self.sides, self.factors, strict=True)
-        )
+        first, second = (-(-side.parts // self.factor) + (not side.wraps) for side in self.sides)
         return first, second
 
     @property
     def steps(self) -> Array:
         """(5,) rad and mm, both rotary angles first."""
-        rotary = [side.step * factor for side, factor in zip(self.sides, self.factors, strict=True)]
-        return np.array([*rotary, *self.step])
+        return np.array([*(side.step * self.factor for side in self.sides), *self.step])
 
     @property
     def across(self) -> Array:
@@ -63,7 +58,7 @@ class Lattice:
         cell, low, high = enclosed
         top = np.ceil((self.high - self.low) / self.step)
         # A cell lies between this corner of the rotary angles and the next.
-        at = np.stack(np.divmod(cell, self.sides[1].parts), axis=1) // np.array(self.factors)
+        at = np.stack(np.divmod(cell, self.sides[1].parts), axis=1) // self.factor
         first = np.clip(np.floor((low - self.low) / self.step), 0.0, top).astype(np.int64)
         last = np.clip(np.ceil((high - self.low) / self.step), 0.0, top).astype(np.int64)
         return Corners(*_touch(at, first, last, self.counts), len(at))
@@ -116,10 +111,7 @@ def _touch(
 def _blocks(
     cell: IntArray, first: IntArray, last: IntArray, counts: tuple[int, int]
 ) -> tuple[IntArray, IntArray, IntArray, IntArray, IntArray]:
-    """Find the block of each corner of the rotary angles that is at some cells.
-
-    (g, 2) corner, (p, q) which block each has, (g, 3) lowest corner and extent of blocks, (g + 1,) their ends
-    """
+    """Find the blocks of the corners of the rotary angles at some cells: the first five of `Corners`."""
     lowest, highest = np.full((*counts, 3), FAR), np.full((*counts, 3), -FAR)
     for c in range(len(cell)):
         for i in (cell[c, 0], (cell[c, 0] + 1) % counts[0]):
@@ -128,10 +120,9 @@ def _blocks(
                     lowest[i, j, k] = min(lowest[i, j, k], first[c, k])
                     highest[i, j, k] = max(highest[i, j, k], last[c, k])
     most = counts[0] * counts[1]
-    at, group = np.empty((most, 2), np.int64), np.full(counts, -1)
+    at, group, groups = np.empty((most, 2), np.int64), np.full(counts, -1), 0
     low, extent = np.empty((most, 3), np.int64), np.empty((most, 3), np.int64)
     start = np.zeros(most + 1, np.int64)
-    groups = 0
     for i in range(counts[0]):
         for j in range(counts[1]):
             if lowest[i, j, 0] > highest[i, j, 0]:

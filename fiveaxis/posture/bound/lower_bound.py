@@ -1,13 +1,15 @@
 """A certified lower bound of what every posture costs, without any search.
 
-A lattice is laid over all five axes. At some locations of the path, the visits, interval arithmetic encloses
-every admissible posture in boxes of the lattice. Any path touches one of these boxes at every visit, and the
-least cost of doing so is found exactly on corners of boxes (`sweep`), all axes together. Leaving locations
-out only lowers it.
+At some locations of the path, the visits, interval arithmetic encloses every admissible posture in boxes of a
+lattice over all five axes. Any path touches one of these boxes at every visit, and the least cost of doing so
+is found exactly, on corners of boxes (`sweep`). Leaving locations out only lowers it.
 """
 
 from __future__ import annotations
 
+import itertools
+from collections import deque
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
@@ -15,7 +17,7 @@ from typing import Any, Literal
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fiveaxis.base import Array, Progress, unheard
+from fiveaxis.base import STAGES, Array, IntArray, Progress, product, unheard
 from fiveaxis.model import (
     LEAST_OF_PIVOT,
     Machine,
@@ -26,11 +28,17 @@ from fiveaxis.model import (
     travel_costs,
 )
 from fiveaxis.posture.bound.cells import HUGE, AngleCells, Window, cut_cells, enclose
-from fiveaxis.posture.bound.climb import FIRST_CELLS, FIRST_STEP, Climb, Level
-from fiveaxis.posture.bound.corners import Lattice
-from fiveaxis.posture.bound.crossing import Crossed, Visits, cross
+from fiveaxis.posture.bound.climb import FIRST_CELLS, FIRST_STEP, Climb, Crossed, Level
+from fiveaxis.posture.bound.corners import FAR, Corners, Lattice
+from fiveaxis.posture.bound.sweep import ACROSS, Neighbours, Prices, find_sources, grouped, reach
 
-# Work in all (`crossing`).
+# Parts into which the groups of a visit are divided for threads; locations that are enclosed at once, so that
+# their cells stay in the processor's cache, and how many such chunks ahead.
+SLICES, CHUNK, AHEAD = 8, 4, 3
+# Work is counted in times of a source that is looked at, 6 ns where they were measured. As many times take: a
+# cell of the rotary angles in all, at each visit, and where postures are enclosed in it; a corner; a visit.
+CUT, CELL, ENCLOSED, CORNER, VISIT = 900, 1, 13, 8, 130_000
+# Work in all.
 WORK = 1.6e10
 # Mean step of the linear axes, in times of the rotary step on the radius of the path; and the power of an
 # axis' price by which its step is finer.
@@ -84,14 +92,14 @@ def bound_travel(
 ) -> LowerBound:
     """Bound from below the travel metric of every path that keeps the lean, the axis limits and the turns.
 
-    An axis of more than a turn counts as endless. Collisions aren't looked at; they only raise the cost. The
-    bound is infinite if some location has no admissible posture.
+    It is infinite if some location has no admissible posture. An axis of more than a turn counts as endless;
+    collisions, which only raise the cost, aren't looked at.
 
     Parameters
     ----------
     toolpath, machine, tilt : the problem, n locations; inserted ones aren't visited
     turns : (n − 1,), rad, largest turn of each rotary axis in a move; unbounded by default
-    work : corners and cells that may be looked at (`crossing`); more give a higher bound
+    work : corners and cells that may be looked at; more give a higher bound
     progress : called with what is being done, visits done and visits in all
 
     Raises
@@ -117,9 +125,9 @@ def bound_energy(
     """Bound from below ∫P dt of the feed drives over every such path, however fast it is followed.
 
     Travel is charged as little as it can cost (`fiveaxis.model.least_travel_costs`), and what drives draw at
-    standstill for the least time at the programmed feed, which is that of the tip with `by_tip`. Drives with
-    a constant power can't be charged where their highest speed isn't known. `MachineError` if the power of an
-    axis isn't known, or nothing can be said about it. For the rest see `bound_travel`.
+    standstill for the least time at the programmed feed, which is that of the tip with `by_tip`. A drive's
+    constant power is charged where its highest speed is known. `MachineError` if nothing can be said about an
+    axis's power. For the rest see `bound_travel`.
     """
     *costs, standing = least_travel_costs(machine)
     plus, minus = (np.tile(price, (len(toolpath) - 1, 1)) for price in costs)
@@ -140,11 +148,10 @@ def _least_cost(
     work: float,
     progress: Progress,
 ) -> tuple[float, int]:
-    """Bound the cost of travel, J, at prices, (n − 1, k) J/mm and J/rad up and down, of each move.
+    """Bound the cost of travel, J, at prices, (n − 1, k) J/mm and J/rad up and down; also count the visits.
 
     Where a drive returns power in one direction, the least prices of all moves are taken, and what it returns
-    is charged to the other direction; what is left is in proportion to the way from begin to end. How many
-    locations were visited is returned too.
+    is charged to the other direction; what is left is in proportion to the way from begin to end.
     """
     plus, minus = prices
     least_plus, least_minus = plus.min(axis=0, initial=np.inf), minus.min(axis=0, initial=np.inf)
@@ -162,11 +169,9 @@ def _least_cost(
 
 def _least_way(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, shift: Array) -> float:
     """Least of ``Σ shift·(end − begin)`` over the axes, J, from the first location to the last one."""
-    way = np.array(
-        [-np.sign(s) * a.limits.span if s else 0.0 for s, a in zip(shift, machine.axes, strict=True)]
-    )
-    linear = machine.linear_columns
-    ends = np.array([0, len(toolpath) - 1])
+    spans = np.array([axis.limits.span for axis in machine.axes])
+    way = -np.sign(shift) * np.where(shift == 0.0, 0.0, spans)
+    linear, ends = machine.linear_columns, np.array([0, len(toolpath) - 1])
     (low, high), (last_low, last_high) = _ranges(toolpath.at(ends), machine, tilt.at(ends))
     fall, rise = last_low.min(axis=0) - high.max(axis=0), last_high.max(axis=0) - low.min(axis=0)
     way[linear] = np.where(shift[linear] > 0.0, fall, rise)
@@ -201,19 +206,17 @@ def lay_lattice(visits: Visits, level: Level, hull: tuple[Array, Array]) -> tupl
     width = level.step / level.cells
     cells = cut_cells(visits.machine, visits.toolpath.zone, width, level.cells)
     steps = _linear_steps(visits, level.step, hull)
-    return cells, Lattice(cells.sides, (level.cells, level.cells), *hull, steps)
+    return cells, Lattice(cells.sides, level.cells, *hull, steps)
 
 
 def hull_of(visits: Visits) -> tuple[Array, Array]:
     """Find between which values the linear axes are in most cells at some visits, (3,) mm each.
 
-    Paths are moved onto this hull, which makes none longer, so it may leave something out: cells in which
-    the axes go far, next to postures in which they can't reach the part.
+    It may leave out cells in which the axes go far, next to postures in which they can't reach the part:
+    paths are moved onto this hull, which makes none longer.
     """
-    low, high = (
-        np.concatenate(ends)
-        for ends in zip(*_ranges(visits.toolpath, visits.machine, visits.tilt), strict=True)
-    )
+    ranges = _ranges(visits.toolpath, visits.machine, visits.tilt)
+    low, high = (np.concatenate(ends) for ends in zip(*ranges, strict=True))
     if len(low) == 0:
         return np.zeros(3), np.zeros(3)
     least, most = np.quantile(low, LEFT_OUT, axis=0), np.quantile(high, 1.0 - LEFT_OUT, axis=0)
@@ -231,3 +234,121 @@ def _linear_steps(visits: Visits, step: float, hull: tuple[Array, Array]) -> Arr
     radius = np.linalg.norm(visits.toolpath.pivot, axis=1).max()
     steps = LINEAR * step * max(float(radius), 1.0) * np.prod(fineness) ** (1.0 / 3.0) / fineness
     return np.maximum(steps, (hull[1] - hull[0]) / MOST_STEPS * step / FIRST_STEP)
+
+
+@dataclass(frozen=True, eq=False)
+class Visits:
+    """Locations that a path has to visit, in order; both rotary axes come before the linear ones.
+
+    Parameters
+    ----------
+    machine : two rotary and three linear axes
+    toolpath, tilt : of m locations
+    plus, minus : (m − 1, 5), J/rad and J/mm, least price of travel between a visit and the next
+    turn : (m − 1,), rad, most that each rotary axis turns between them; infinite where unbounded
+    row : (m,), index of each visit in the given path
+    """
+
+    machine: Machine
+    toolpath: Toolpath
+    tilt: TiltBounds
+    plus: Array
+    minus: Array
+    turn: Array
+    row: IntArray
+
+    @classmethod
+    def of(
+        cls,
+        toolpath: Toolpath,
+        machine: Machine,
+        tilt: TiltBounds,
+        prices: tuple[Array, Array],
+        turns: Array | None,
+    ) -> Visits:
+        """Take the given locations of a path at which a direction binds the tool axis.
+
+        Prices are (n − 1, k) each, J/mm and J/rad, while axis values grow and fall; turns, (n − 1,) rad, are
+        the most of each rotary axis in a move, or None if nothing bounds them.
+        """
+        columns = [*machine.rotary_columns, *machine.linear_columns]
+        plus, minus = (price[:, columns] for price in prices)
+        binds = np.any([np.isfinite(bound.reference[:, 0]) for bound in tilt.all], axis=0)
+        turn = np.full(len(plus), np.inf) if turns is None else turns
+        whole = cls(machine, toolpath, tilt, plus, minus, turn, np.arange(len(toolpath)))
+        return whole.at(np.flatnonzero(binds & ~toolpath.inserted))
+
+    def at(self, rows: IntArray) -> Visits:
+        """Return some of the visits, given by their indices in ascending order."""
+        between = slice(rows[0], rows[-1]) if len(rows) else slice(0)
+        plus, minus, turn = self.plus[between], self.minus[between], self.turn[between]
+        if len(rows) > 1:
+            begin = rows[:-1] - rows[0]
+            plus, minus = np.minimum.reduceat(plus, begin), np.minimum.reduceat(minus, begin)
+            turn = np.add.reduceat(turn, begin)
+        some = self.toolpath.at(rows), self.tilt.at(rows)
+        return Visits(self.machine, *some, plus, minus, turn, self.row[rows])
+
+    def every(self, stride: int) -> Visits:
+        """Return each `stride`-th visit, and the last."""
+        count = len(self.turn) + 1
+        return self.at(np.unique(np.append(np.arange(0, count, stride), count - 1)))
+
+
+def cross(
+    visits: Visits, cells: AngleCells, lattice: Lattice, pool: ThreadPoolExecutor, progress: Progress
+) -> Crossed:
+    """Find the least cost of touching a box at every visit, by dynamic programming over corners of boxes.
+
+    Costs are whole numbers, and prices are rounded down, so rounding can't raise the result.
+    """
+    count = len(visits.toolpath)
+    dearest = np.maximum(visits.plus, visits.minus).max(axis=0, initial=0.0)
+    quantum = float(product(lattice.across, dearest)) / ACROSS or 1.0
+    total, most, work = 0, 0, CUT * len(cells.axis) + (VISIT + CELL * len(cells.axis)) * count
+    before: Corners | None = None
+    for i, corners in enumerate(_touched(visits, cells, lattice, pool)):
+        progress(STAGES["bound"], i, count)
+        work += ENCLOSED * corners.cells + CORNER * len(corners.cost)
+        most = max(most, len(corners.cost))
+        if before is None:
+            corners.cost[corners.touched] = 0
+        else:
+            step = visits.plus[i - 1], visits.minus[i - 1], float(visits.turn[i - 1])
+            prices = Prices.of(lattice, *step, quantum)
+            near = Neighbours.of(lattice, prices, corners.group)
+            found = [pool.submit(find_sources, before, prices, near, *part) for part in _parts(before)]
+            columns = zip(*(job.result() for job in found), strict=True)
+            sources = grouped(before, *(np.concatenate(column) for column in columns))
+            jobs = [pool.submit(reach, corners, sources, prices, *part) for part in _parts(corners)]
+            work += sum(job.result() for job in jobs)
+        least = int(corners.cost.min(initial=FAR))
+        if least >= FAR:
+            return Crossed(np.inf, work, most, len(cells.axis))
+        total, before = total + least, corners
+    return Crossed(total * quantum, work, most, len(cells.axis))
+
+
+def _parts(corners: Corners) -> list[tuple[int, int]]:
+    """Divide the groups of a visit for threads."""
+    ends = np.linspace(0, len(corners.at), SLICES + 1).astype(int).tolist()
+    return [(a, b) for a, b in itertools.pairwise(ends) if b > a]
+
+
+def _touched(
+    visits: Visits, cells: AngleCells, lattice: Lattice, pool: ThreadPoolExecutor
+) -> Iterator[Corners]:
+    """Find the corners that each visit touches; those of the next chunks while one is worked on."""
+    window = Window.of(cells, visits.tilt, visits.machine, visits.toolpath.zone.offset)
+
+    def find(rows: IntArray) -> list[Corners]:
+        some = visits.toolpath.at(rows), visits.tilt.at(rows)
+        return [lattice.touch(enclosed) for enclosed in enclose(cells, window, *some)]
+
+    count = len(visits.toolpath)
+    chunks = iter(np.array_split(np.arange(count), -(-count // CHUNK)))
+    coming = deque(pool.submit(find, chunk) for chunk in itertools.islice(chunks, AHEAD))
+    while coming:
+        found = coming.popleft().result()
+        coming.extend(pool.submit(find, chunk) for chunk in itertools.islice(chunks, 1))
+        yield from found

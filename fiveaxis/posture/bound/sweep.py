@@ -1,10 +1,9 @@
 """The least cost of visiting the corners of one location after the other.
 
-A path touches a box of the lattice at every visited location. For fixed boxes the least travel through them
-is a linear program whose constraints are differences of two unknowns, each bounded by corners, so an optimum
-lies on corners, and dynamic programming over the touched corners finds the least over all boxes. Costs are
-whole numbers of a quantum, so nothing is rounded here, and of 32 bits, of which a processor adds and compares
-many at once.
+For fixed boxes, one at each visit, the least travel through them is a linear program whose constraints are
+differences of two unknowns, each bounded by corners. So an optimum lies on corners, and dynamic programming
+over the touched corners finds the least over all boxes. Costs are whole numbers of a quantum, so nothing is
+rounded here, and of 32 bits, of which a processor adds and compares many at once.
 """
 
 from __future__ import annotations
@@ -13,18 +12,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fiveaxis.base import Array, IntArray, compiled, product
+from fiveaxis.base import Array, IntArray, compiled
 from fiveaxis.posture.bound.cells import SLACK
 from fiveaxis.posture.bound.corners import FAR, Corners, Lattice
 
-# Quanta, from one end of the lattice to the other; and most by which a cost is above the least one of its
-# visit. Dearer corners, which only bounded turns keep from being reached more cheaply, are taken as so dear,
-# which lowers the bound. Both together stay below `FAR`.
+# Quanta, from one end of the lattice to the other; and most by which a cost is above the least of its visit:
+# what is dearer, behind bounded turns, counts so much, which lowers the bound. Both together are below `FAR`.
 ACROSS, MOST = 1 << 28, 1 << 29
 # The bound on what sources may cost is found again after so many times as many groups of them.
 REFRESH = 16
-# rad: a bound on a turn that is wider than this counts as none. It would seldom bind, and where turns are
-# bounded several times as many corners have to be looked at.
+# rad: a wider bound on a turn counts as none. It would seldom bind, and several times as many corners would
+# have to be looked at.
 WIDE = np.radians(90.0)
 
 
@@ -53,12 +51,6 @@ class Prices(NamedTuple):
             for i, (count, side) in enumerate(zip(lattice.counts, lattice.sides, strict=True))
         )
         return cls(up, down, first, second)
-
-
-def quantum_of(lattice: Lattice, plus: Array, minus: Array) -> float:
-    """Choose the quantum, J, so that costs fit at all prices of travel, (m, 5) J/rad and J/mm."""
-    dearest = np.maximum(plus, minus).max(axis=0, initial=0.0)
-    return float(product(lattice.across, dearest)) / ACROSS or 1.0
 
 
 def _turn_costs(count: int, up: int, down: int, most: float, wraps: bool) -> IntArray:
@@ -102,8 +94,8 @@ def reach(corners: Corners, sources: Sources, prices: Prices, begin: int, end: i
 
     A source's cost is put on the nearest corner of the group's block, and spread from there over the block
     axis by axis; both are exact, as the cost of a move is a sum over the axes. Sources beside the group come
-    first: the dearest touched corner that they leave is a bound, and sources that can't get below it are
-    passed over. The number of sources, and groups of them, that were looked at is returned.
+    first: what can't get below the dearest touched corner that they leave is passed over. Return how many
+    sources, and groups of them, were looked at.
     """
     looked, up, down, count = 0, prices.up, prices.down, len(sources.least)
     middle = (len(prices.first) // 2, len(prices.second) // 2)
@@ -134,10 +126,8 @@ def reach(corners: Corners, sources: Sources, prices: Prices, begin: int, end: i
             if s < 0:
                 continue
             looked += 1
-            turn = (
-                prices.first[p - sources.at[s, 0] + middle[0]]
-                + prices.second[q - sources.at[s, 1] + middle[1]]
-            )
+            i, j = p - sources.at[s, 0] + middle[0], q - sources.at[s, 1] + middle[1]
+            turn = prices.first[i] + prices.second[j]
             apart = turn + sources.least[s]
             for k in range(3):
                 over = sources.low[s, k] - (low[k] + extent[k] - 1)
@@ -229,8 +219,8 @@ class Neighbours(NamedTuple):
 
     Parameters
     ----------
-    first, second : (2, p), (2, q), the corner before and after each, −1 for none: one that a step leads from
-        which costs nothing, or without which some corner of the next visit isn't reached as cheaply
+    first, second : (2, p), (2, q), the corner before and after each; −1 for none, for a step that costs
+        nothing, and where some corner of the next visit isn't reached as cheaply from the neighbour
     """
 
     first: IntArray
@@ -260,7 +250,7 @@ def find_sources(
 ) -> tuple[IntArray, IntArray, IntArray]:
     """Find the corners of some groups that aren't dominated: whose cost isn't a neighbour's plus the step.
 
-    (s,) group, (s, 3) corner of the linear axes and (s,) cost of each, in the order of groups
+    Return group, (s,), corner of the linear axes, (s, 3), and cost, (s,), of each, in the order of groups.
     """
     most = corners.start[end] - corners.start[begin]
     of = np.empty(most, np.int64)

@@ -6,9 +6,11 @@ within what the price resolves. Where the control's clock is known, that costs t
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from fiveaxis.base import Array, angle_between, normalise
+from fiveaxis.base import Array
 from fiveaxis.model import TURN, rotary_angles, tool_axes
 from fiveaxis.posture.local.kernel import solve_band
 from fiveaxis.posture.problem import ALLOWED, Problem
@@ -73,14 +75,9 @@ def _smoothed(values: Array, weight: Array, price: float) -> Array:
 
 def _put_back(problem: Problem, rotary: Array) -> Array:
     """Turn tool axes that lean too little or too much to the nearest lean that is admitted."""
-    axis = tool_axes(problem.machine, rotary)
-    for bound in problem.bounds:
-        angle = angle_between(axis, bound.reference)
-        wanted = np.clip(angle, bound.low + INSIDE, bound.high - INSIDE)
-        off = np.flatnonzero(np.isfinite(angle) & (wanted != angle) & (angle > INSIDE))
-        reference = bound.reference[off]
-        across = normalise(axis[off] - np.cos(angle[off])[:, None] * reference)
-        axis[off] = np.cos(wanted[off])[:, None] * reference + np.sin(wanted[off])[:, None] * across
+    first, *others = problem.bounds
+    bounds = replace(first, beside=tuple(others))
+    axis = bounds.draw_in(tool_axes(problem.machine, rotary), INSIDE)
     found = rotary_angles(problem.machine, axis)
     found += TURN * np.round((rotary - found) / TURN)
     far = np.abs(found - rotary).max(axis=-1)

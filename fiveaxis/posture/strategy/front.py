@@ -1,7 +1,4 @@
-"""Solutions between the cheapest program and the fastest or steadiest one, none of them dominated.
-
-Of those that are faster some cuts are slower, where that saves energy: each move has a feed.
-"""
+"""Solutions between the cheapest program and the fastest or steadiest one, none of them dominated."""
 
 from __future__ import annotations
 
@@ -11,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fiveaxis.base import CHOOSING, Array, Objective, SettingError, within
+from fiveaxis.base import CHOOSING, Objective, SettingError, within
 from fiveaxis.model import (
     Constraints,
     Energy,
@@ -26,7 +23,7 @@ from fiveaxis.model import (
 from fiveaxis.posture.optimiser import optimise_postures
 from fiveaxis.posture.options import DEFAULTS, Options
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.solution import Optimum, program_energy
+from fiveaxis.posture.solution import Optimum, Unwrapped, program_energy
 
 # How many shares of the feed are tried in each move.
 TRIED = 7
@@ -122,17 +119,11 @@ def find_front(
         return found
 
     solution = searched()
-    if by_clock:
-        members = _by_clock(solution, n, options, searched)
-    else:
-        members = _by_bends(solution, n, options, searched)
+    search = _by_clock if by_clock else _by_bends
+    members = search(solution, n, options, searched)
     if feed_share is not None:
-        members += [
-            slower
-            for member in members
-            for patience in PATIENCE
-            if (slower := _slower(*member, feed_share, patience)) is not None
-        ]
+        slower = [_slower(*member, feed_share, patience) for member in members for patience in PATIENCE]
+        members += [one for one in slower if one is not None]
     figures = [point.figures(point.energy, options.objective) for point, _ in members]
     kept = [members[k] for k in undominated(figures)]
     points, solutions = zip(*kept, strict=True)
@@ -141,7 +132,7 @@ def find_front(
 
 def _by_clock(solution: Optimum, n: int, options: Options, searched: Callable[..., Optimum]) -> list[Member]:
     """Search solutions with an increasing price of time, the last for least time where speeds are known."""
-    problem = solved(solution)[1]
+    problem = solved(solution).problem
     least = (solution.machine.base_power or 0.0) if options.time_price is None else options.time_price
     power, (faintest, strongest) = _mean_power(solution), DELAYS
     # The last is the strongest, also of one.
@@ -155,7 +146,7 @@ def _by_clock(solution: Optimum, n: int, options: Options, searched: Callable[..
         else:
             found = searched(time_price=price)
         if interrupted_cuts(found) <= interrupted_cuts(solution):
-            members.append((measured(found, price, _unpriced(*solved(found)[:2], problem)), found))
+            members.append((measured(found, price, _unpriced(found, problem)), found))
     return members
 
 
@@ -166,8 +157,8 @@ def _by_bends(solution: Optimum, n: int, options: Options, searched: Callable[..
     solution cost as much as its program. If speeds are known, the price of delay rises with them: in the
     middle by the mean power of the travel.
     """
-    (path, problem, start), base = solved(solution), solution.machine.base_power or 0.0
-    bend = _bend(path, start)
+    first, base = solved(solution), solution.machine.base_power or 0.0
+    problem, bend = first.problem, _bend(first)
     # For a path without bends any price will do.
     middle = solution.energy.total / bend if bend > 0.0 else 1.0
     shares = np.linspace(0.0, 1.0, n - 1)[::-1].tolist()
@@ -182,9 +173,9 @@ def _by_bends(solution: Optimum, n: int, options: Options, searched: Callable[..
             found.append(other)
     points = []
     for one in found:
-        path, own, _ = solved(one)
-        unpriced = replace(own, bend_price=0.0 * own.bend_price)
-        unpriced = unpriced if options.is_timed else _unpriced(path, own, problem)
+        own = solved(one).problem
+        timed = options.is_timed
+        unpriced = replace(own, bend_price=0.0 * own.bend_price) if timed else _unpriced(one, problem)
         points.append(measured(one, own.time_price, unpriced))
     members = []
     for price in prices:
@@ -193,8 +184,9 @@ def _by_bends(solution: Optimum, n: int, options: Options, searched: Callable[..
     return members
 
 
-def _unpriced(path: Toolpath, own: Problem, first: Problem) -> Problem:
-    """Return the problem of a path by the travel metric, at the first point's prices of delay."""
+def _unpriced(solution: Optimum, first: Problem) -> Problem:
+    """Return the problem of a solution by the travel metric, at the first point's prices of delay."""
+    path, own = solved(solution).toolpath, solved(solution).problem
     plus, minus = travel_costs(own.machine, path.feed, path.rapid)
     return replace(
         own,
@@ -284,8 +276,7 @@ class FrontPoint:
         """Return what the points of a front are compared by, less is better; the first is their order.
 
         It is what is minimised, the energy of the program with base power where that is known, and the time
-        on the control's clock. Where that isn't known, since the machine states no accelerations, bends stand
-        for what it would lose.
+        on the control's clock; where accelerations aren't known, bends stand for what it would lose.
         """
         spent = energy.total if energy.with_base is None else energy.with_base
         if objective != "time" and energy.timing == "accelerations":
@@ -298,14 +289,12 @@ class FrontPoint:
 Member = tuple[FrontPoint, Optimum]
 
 
-def solved(solution: Optimum) -> tuple[Toolpath, Problem, Array]:
-    """Return path, problem and postures, (n, 2) rad, of a solution; before rewinds if it has any."""
-    unwrapped, problem = solution.unwrapped, solution.problem
-    if unwrapped is not None:
-        return unwrapped.toolpath, unwrapped.problem, unwrapped.rotary
-    if problem is None or len(problem) != len(solution.toolpath):
+def solved(solution: Optimum) -> Unwrapped:
+    """Return what was solved for a solution, before rewinds if it has any."""
+    found = solution.before_rewinds
+    if found is None or len(found.problem) != len(found.toolpath):
         raise SettingError("a front needs a solution with its problem; this one was put together by hand")
-    return solution.toolpath, problem, solution.motion.positions[:, solution.machine.rotary_columns]
+    return found
 
 
 def interrupted_cuts(solution: Optimum) -> int:
@@ -318,9 +307,9 @@ def measured(solution: Optimum, time_price: float, unpriced: Problem) -> FrontPo
 
     `unpriced` is its problem, without the prices that differ from point to point.
     """
-    path, _, rotary = solved(solution)
+    found = solved(solution)
+    path, rotary, rewinds = found.toolpath, found.rotary, found.rewinds
     driven = solution.motion if solution.unwrapped is None else follow(path, unpriced.machine, rotary)
-    rewinds = () if solution.unwrapped is None else solution.unwrapped.rewinds
     spent, lasting = sum(r.energy for r in rewinds), sum(r.time for r in rewinds)
     turn = np.abs(np.diff(rotary, axis=0, prepend=rotary[:1])).max(axis=1)
     cuts = path.cutting & (path.lengths > SHORTEST_MOVE)
@@ -330,24 +319,23 @@ def measured(solution: Optimum, time_price: float, unpriced: Problem) -> FrontPo
         motion=solution.motion,
         energy=solution.energy,
         cost=unpriced.cost(driven.positions) + spent + unpriced.time_price * lasting,
-        bend=_bend(path, rotary),
+        bend=_bend(found),
         steepest=float(np.max(turn[cuts] / path.lengths[cuts], initial=0.0)),
         fastest=max(rate.speed for rate in peak_rates(solution.machine, driven).values()),
     )
 
 
-def _bend(path: Toolpath, rotary: Array) -> float:
+def _bend(path: Unwrapped) -> float:
     """Sum ‖Δρ‖² between given locations, rad²: how finely moves are divided in between doesn't count."""
-    return float((np.diff(rotary[~path.inserted], axis=0) ** 2).sum())
+    return float((np.diff(path.rotary[~path.toolpath.inserted], axis=0) ** 2).sum())
 
 
 def slowed(solution: Optimum, share: float, price: float) -> Optimum | None:
     """Slow the cuts of a solution down, to a least share of the feed, where that saves energy.
 
-    Of each move between given locations the cheapest of some feeds is taken, by the drives' power at the mean
-    speeds of its parts, by the base power where that is known, and by a price of time, W. What changes of
-    speed between moves cost, the energy of the program tells. The same postures at other feeds are returned,
-    with the baselines as they were; None where no cut is slower.
+    Of some feeds each move between given locations takes the cheapest, by the drives' power at the mean
+    speeds of its parts, the base power where that is known, and a price of time, W. The same postures at
+    other feeds are returned, with the baselines as they were; None where no cut is slower.
     """
     machine, path, motion = solution.machine, solution.toolpath, solution.motion
     shares, begins = np.linspace(share, 1.0, TRIED), np.flatnonzero(~path.inserted[:-1]) + 1

@@ -27,7 +27,7 @@ from fiveaxis.posture.baselines.branches import nearest_held, nearest_to_referen
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.search.successors import sampled
-from fiveaxis.posture.strategy.holding import free_angles, is_holding
+from fiveaxis.posture.strategy.turn_bounds import free_angles, is_holding
 
 # Rings of tool axes over the tilt range, around the reference, that are tried at a location.
 RINGS, AXES_PER_RING = 13, 120
@@ -46,16 +46,15 @@ SAMPLES = 400
 def unreachable(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> list[Finding]:
     """List the locations where no posture keeps the bounds on the tool's lean and the axis limits.
 
-    Most locations pass with the first posture tried, the upward lean of the ``normal`` baseline, or with one
-    of a few other directions of lean. For the rest all tool axes are sampled, so a set narrower than the
-    samples' spacing may be missed. Each finding, code ``no-posture``, has the axis and limit of the nearest
-    posture, and each single bound or limit whose change would admit a posture (verified on one).
+    Where neither the upward lean of the ``normal`` baseline nor a few others are admissible, all tool axes
+    are sampled; a set narrower than the samples' spacing may be missed. Each finding, code ``no-posture``,
+    has the axis and limit of the nearest posture, and each single bound or limit whose change would admit a
+    posture (verified on one).
     """
-    if is_holding(machine):
-        rows = np.flatnonzero(nearest_held(toolpath, machine, tilt)[1])
-    else:
-        rows = np.flatnonzero(nearest_to_reference(toolpath, machine, tilt)[1])
-        rows = rows[~_leaning_elsewhere(toolpath.at(rows), machine, tilt.at(rows))] if len(rows) else rows
+    first = nearest_held if is_holding(machine) else nearest_to_reference
+    rows = np.flatnonzero(first(toolpath, machine, tilt)[1])
+    if len(rows) and not is_holding(machine):
+        rows = rows[~_leaning_elsewhere(toolpath.at(rows), machine, tilt.at(rows))]
     found: list[Finding] = []
     for row in rows.tolist():
         tried = _Tried.at(toolpath, machine, tilt, row, far=len(found) < MOST_ADVISED)
@@ -143,7 +142,7 @@ class _Tried:
         return cls(machine, bounds, np.degrees(lean), machine.shown(positions), excess)
 
     def nearest(self) -> tuple[str, float]:
-        """Name the axis that exceeds its limit in the nearest posture within the bounds; also by how much."""
+        """Name the axis that exceeds its limit in the nearest posture within the bounds, and by how much."""
         inside = np.flatnonzero(~(self.excess[:, : len(self.bounds)] > 0.0).any(axis=1))
         if not len(inside):
             return "the rotary axes can't give one, whatever their limits", math.inf
@@ -213,8 +212,7 @@ def _past_limit(machine: Machine, shown: Array, column: int) -> str:
 def without_path(problem: Problem, toolpath: Toolpath, found: Array, mask: Mask | None = None) -> Infeasible:
     """Say where no sequence of postures leads on, or what the best one breaks; code ``no-posture``.
 
-    What was found within the mask, (m, 2) rad, chain order, is as far as a search came, or a whole path that
-    breaks bounds.
+    What was found, (m, 2) rad, chain order, is as far as a search came, or a whole path that breaks bounds.
     """
     if len(found) < len(problem):
         finding = _no_step(problem, toolpath, found, mask)
@@ -228,16 +226,11 @@ def without_path(problem: Problem, toolpath: Toolpath, found: Array, mask: Mask 
         facts.append((row, f"an axis exceeds its limit, {where}"))
     for move in np.flatnonzero(problem.turn_excess(found) > ALLOWED):
         facts.append((move + 1, _too_far(problem, int(move), found[move + 1] - found[move])))
-    findings = [
-        Finding(
-            Severity.ERROR,
-            "no-posture",
-            f"in the best sequence of postures found {fact}; allow larger turns (--max-turn), put the "
-            "locations closer together, or widen the tilt range",
-            toolpath.place(int(row)),
-        )
-        for row, fact in facts
-    ]
+    remedy = "allow larger turns (--max-turn), put the locations closer together, or widen the tilt range"
+    findings = []
+    for row, fact in facts:
+        text = f"in the best sequence of postures found {fact}; {remedy}"
+        findings.append(Finding(Severity.ERROR, "no-posture", text, toolpath.place(int(row))))
     return Infeasible(f"the best sequence of postures breaks a bound {len(findings)} times", findings)
 
 

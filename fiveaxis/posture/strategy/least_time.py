@@ -84,26 +84,19 @@ def from_rest_to_rest(problem: Problem, rotary: Array, sharpness: float, *, word
     least = problem.least_time[:, None]
     lasting = np.maximum(least, SHORTEST)
     root = np.sqrt(travel / push)
-    pace, time = 1.0 / (lasting * push), lasting + travel / (lasting * push)
     short = root > lasting
-    pace = np.where(short, 1.0 / (np.maximum(root, SHORTEST) * push), pace)
-    time = np.where(short, 2.0 * root, time)
     fast = np.where(short, travel > speed**2 / push, travel > speed * lasting)
-    pace = np.where(fast, 1.0 / speed, pace)
-    time = np.where(fast, travel / speed + speed / push, time)
+    paces = 1.0 / speed, 1.0 / (np.maximum(root, SHORTEST) * push), 1.0 / (lasting * push)
+    times = travel / speed + speed / push, 2.0 * root, lasting + travel / (lasting * push)
+    pace, time = (np.where(fast, one, np.where(short, two, three)) for one, two, three in (paces, times))
     turn = travel[:, columns].max(axis=1)
     turning = (turn > STANDING)[:, None]
-    ramps = np.stack(
-        [
-            np.where(turning, pace, np.broadcast_to(1.0 / speed, pace.shape)),
-            np.where(turning, least - (time - pace * travel), np.broadcast_to(least, pace.shape)),
-        ]
-    )
+    grace = np.where(turning, least - (time - pace * travel), least)
+    ramps = np.stack([np.where(turning, pace, 1.0 / speed), grace])
     rest = np.where(problem.least_time > 0.0, (time - least).max(axis=1), 0.0)
     price = problem.time_price * rest / (turn + sharpness * speed[columns].min() * lasting[:, 0])
-    plus, minus = problem.plus.copy(), problem.minus.copy()
-    plus[:, columns] += price[:, None]
-    minus[:, columns] += price[:, None]
+    stops = np.where(problem.machine.is_rotary, price[:, None], 0.0)
+    plus, minus = problem.plus + stops, problem.minus + stops
     return replace(problem, plus=plus, minus=minus, ramps=ramps, excess_price=np.zeros_like(push))
 
 

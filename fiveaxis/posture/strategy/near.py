@@ -1,14 +1,14 @@
-"""What is done near a path on the locations of its program, and away from all paths, within mask and cone.
+"""Refinements and searches on the locations of a program, within mask and cone.
 
-The solvers don't handle masks. They get half-spaces of the tool axis instead, each bounded by a plane between
-an admitted and a refused posture, and only where the refined path is refused: the rest stays free. After
-adding a plane, only the path near it is refined again.
+The solvers don't handle masks. Where a mask refuses what they find, they get a half-space of the tool axis,
+bounded by a plane between an admitted and the refused posture, and only the path near it is refined again.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -74,7 +74,7 @@ def refined(problem: Problem, start: Array, effort: Effort) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Near:
-    """Refinements and searches of problem instances, within cone and mask where there are any.
+    """Refinements and searches within cone and mask, where there are any.
 
     The path to begin with, (n, 2) rad, chain order, is at the given locations.
     """
@@ -89,23 +89,15 @@ class Near:
     ) -> Array:
         """Solve a problem, which has other prices than `instance`, near a start, (n, 2) rad.
 
-        The result, (n, 2 + p), is rough if it will be solved again: postures, and what they were confined by
-        (`Planes.columns`), so that the next refinement of these locations can begin with its `planes`.
+        It is solved roughly if it will be solved again. Returned are postures and, in further columns,
+        (n, 2 + p), the planes that confined them to the mask: the next refinement may begin with these.
         """
         problem = self._within_cone(instance, problem, start).eased(start)
-        last = ROUGH if rough else LAST
+        last, solver = ROUGH if rough else LAST, self.effort.solver
+        nearby = partial(refine, iterations=ITERATIONS, barrier=BARRIER, near=True, last=last, solver=solver)
 
         def solve(problem: Problem, start: Array, held: tuple[bool, bool]) -> Array:
-            return refine(
-                problem,
-                start,
-                iterations=ITERATIONS,
-                barrier=BARRIER,
-                held=held,
-                near=True,
-                last=last,
-                solver=self.effort.solver,
-            ).rotary
+            return nearby(problem, start, held=held).rotary
 
         mask = self._along(instance)
         if mask is not None:
@@ -131,10 +123,8 @@ class Near:
         mask = self._along(instance)
         admits = None if mask is None else mask.admits
         tight = None if admits is None else self._tight(instance, admits) | in_the_way(start, admits)
-        cone_limit = self._cone_limit(instance)
-        found = cheapest_path(
-            instance.problem, costs, resolution, start, free, admits, tight, cone_limit, steps
-        )
+        limit = self._cone_limit(instance)
+        found = cheapest_path(instance.problem, costs, resolution, start, free, admits, tight, limit, steps)
         return found if len(found) == len(start) else start
 
     def found_anywhere(
@@ -169,19 +159,15 @@ class Near:
         """Sum how far the first rotary axis turns too far within the cone on a path, (n, 2) rad; rad."""
         if self.cone is None:
             return 0.0
-        machine, path = instance.problem.machine, instance.path
-        moves = turning_within(path, machine, rotary, self.cone)
-        most = self.cone.rate * path.lengths[1:]
-        return float((np.abs(np.diff(rotary[:, 0])) - most)[moves].sum())
+        path = instance.path
+        moves = turning_within(path, instance.problem.machine, rotary, self.cone)
+        return float((np.abs(np.diff(rotary[:, 0])) - self.cone.most(path))[moves].sum())
 
     def _along(self, instance: Instance) -> Mask | None:
         return None if self.mask is None else self.mask.along(instance.location)
 
     def _cone_limit(self, instance: Instance) -> ConeLimit | None:
-        if self.cone is None:
-            return None
-        most = np.where(instance.path.cutting[1:], self.cone.rate * instance.path.lengths[1:], np.inf)
-        return ConeLimit(self.cone.angle, most)
+        return None if self.cone is None else ConeLimit(self.cone.angle, self.cone.most(instance.path))
 
     def _within_cone(self, instance: Instance, problem: Problem, start: Array) -> Problem:
         if self.cone is None:
@@ -266,26 +252,28 @@ class Confinement:
 
     def _round(self, path: Array) -> Array | None:
         """Refine once, with as many planes as needed; None if that fails."""
-        n, planes, admitted = len(path), self.planes, self._admits(path)
+        n, admitted = len(path), self._admits(path)
+        whole = [(0, n - 1)]
         changed = everywhere = np.arange(n)
-        found = self.solve(planes.bounding(self.problem, 0, n - 1), path, (False, False))
+        found = self._solved(path.copy(), whole)
         for number in range(MOST_PLANES + PINCHES):
             clean = self.mask.admits(changed, found[changed])
             refused = changed[~clean & admitted[changed]]
             if not len(refused):
                 return found
-            self._cut(planes, refused, path[refused], found[refused], number >= MOST_PLANES)
-            if len(refused) > WIDESPREAD * n:
-                found = self.solve(planes.bounding(self.problem, 0, n - 1), path, (False, False))
-                changed = everywhere
-                continue
-            found = blended(found, path, refused)
-            windows = windows_around(refused, n, NEAR)
-            for first, last in windows:
-                rows, held = slice(first, last + 1), (first > 0, last < n - 1)
-                found[rows] = self.solve(planes.bounding(self.problem, first, last), found[rows], held)
+            self._cut(refused, path[refused], found[refused], number >= MOST_PLANES)
+            widespread = len(refused) > WIDESPREAD * n
+            windows = whole if widespread else windows_around(refused, n, NEAR)
+            found = self._solved(path.copy() if widespread else blended(found, path, refused), windows)
             changed = np.concatenate([everywhere[first : last + 1] for first, last in windows])
         return self._restored(found, path, admitted)
+
+    def _solved(self, path: Array, windows: list[tuple[int, int]]) -> Array:
+        """Solve a path, which is changed, in windows, each from its first to its last location."""
+        for first, last in windows:
+            rows, held = slice(first, last + 1), (first > 0, last < len(path) - 1)
+            path[rows] = self.solve(self.planes.bounding(self.problem, first, last), path[rows], held)
+        return path
 
     def _restored(self, found: Array, path: Array, admitted: BoolArray) -> Array | None:
         """Return the refined path with the admitted one wherever it is refused, without refining again."""
@@ -299,8 +287,9 @@ class Confinement:
             found = blended(found, path, spread)
         return None if np.any(~self._admits(found) & admitted) else found
 
-    def _cut(self, planes: Planes, rows: IntArray, clean: Array, refused: Array, pinch: bool) -> None:
-        machine = self.problem.machine
+    def _cut(self, rows: IntArray, clean: Array, refused: Array, pinch: bool) -> None:
+        """Add a plane between each admitted and refused posture, or three around the admitted one."""
+        machine, planes = self.problem.machine, self.planes
         inwards = self._between(rows, clean, refused)
         without = np.isnan(inwards).any(axis=1) | pinch
         without &= planes.count[rows] + AROUND <= planes.inwards.shape[1]

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from fiveaxis.base import Array, BoolArray, Finding, IntArray, Severity
-from fiveaxis.model import Energy, TiltBounds, Toolpath
+from fiveaxis.model import BlockCosts, Energy, TiltBounds, Toolpath
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.problem import ALLOWED, Problem
 
@@ -34,13 +34,18 @@ class Instance:
     problem: Problem
     bounds: TiltBounds
 
+    @property
+    def own(self) -> BoolArray:
+        """(n,), whether it is one of the given path's locations."""
+        return self.location == np.floor(self.location)
+
 
 @dataclass(frozen=True)
 class Breach:
     """What a path breaks between its locations.
 
-    The hop is the smallest turn, rad, in a given move within which the tool leans out of its bounds, infinite
-    for none; the overrun, mm or rad, is the farthest beyond an axis limit.
+    The hop is the smallest turn, rad, of a given move in which the tool leans out of its bounds, infinite for
+    none; the overrun, mm or rad, is the farthest beyond an axis limit.
     """
 
     hop: float
@@ -96,8 +101,7 @@ class Delivered:
         positions, excess = problem.placed(slice(None), self.filled)
         leaning = np.ceil(location[excess > BETWEEN]).astype(np.int64) - 1
         moves = np.union1d(leaning, self.jumps)
-        given = self.filled[location == np.floor(location)]
-        turns = np.abs(np.diff(given, axis=0)).max(axis=1)
+        turns = np.abs(np.diff(self.filled[self.denser.own], axis=0)).max(axis=1)
         hop = turns[moves[moves >= 0]].min(initial=np.inf)
         return Breach(float(hop), float(problem.limit_excess(positions).max(initial=0.0)))
 
@@ -112,18 +116,13 @@ class Delivered:
 
         A bound that is broken at a location counts as a posture that a mask refuses.
         """
-        broken = self._violation
-        broken = (1.0 + broken if broken > ALLOWED else 0.0) + max(self.excess - BETWEEN, 0.0)
+        problem = self.instance.problem
+        past = problem.excess(self.rotary)
+        # At inserted locations what is tolerated between locations is none.
+        past = np.where(~self.instance.own & (past <= BETWEEN), 0.0, past)
+        worst = max(0.0, float(past.max()), float(problem.turn_excess(self.rotary).max(initial=0.0)))
+        broken = (1.0 + worst if worst > ALLOWED else 0.0) + max(self.excess - BETWEEN, 0.0)
         return broken + self.turned + int(np.count_nonzero(self.refused))
-
-    @property
-    def _violation(self) -> float:
-        """Worst violation at the locations; at inserted ones what is tolerated between locations is none."""
-        problem, location = self.instance.problem, self.instance.location
-        positions, excess = problem.placed(slice(None), self.rotary)
-        past = np.maximum(excess, problem.limit_excess(positions))
-        past = np.where((location != np.floor(location)) & (past <= BETWEEN), 0.0, past)
-        return max(0.0, float(past.max()), float(problem.turn_excess(self.rotary).max(initial=0.0)))
 
     @property
     def starts_and_travel(self) -> tuple[int, float]:
@@ -154,3 +153,29 @@ class Delivered:
                 place = self.denser.path.place(int(np.argmax(off)))
                 found.append(Finding(Severity.WARNING, "between-locations", message, place))
         return found
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """What a search of all postures found.
+
+    Parameters
+    ----------
+    instance, few : the locations of a path, and those of them that were searched
+    costs : of the blocks between the few
+    path : (m, 2), rad, refined on the few
+    rank : key by which the better of two is smaller: how many postures a mask refuses, then the cost of the
+        blocks between the few, J, with the price of what they break
+    """
+
+    instance: Instance
+    few: Instance
+    costs: BlockCosts
+    path: Array
+    rank: tuple[int, float]
+
+    @property
+    def rotary(self) -> Array:
+        """(n, 2), rad, straight between the locations that were searched: it may break bounds there."""
+        at, known = self.instance.location, self.few.location
+        return np.stack([np.interp(at, known, angle) for angle in self.path.T], axis=1)

@@ -1,19 +1,17 @@
 """Near the singular direction: the first rotary axis is held, and a turn that is too slow is reported.
 
 With the tool along the first rotary axis, that axis turns the part without changing the tool's direction;
-near it a small change of direction takes a large turn, ``1/sin`` of the angle. Searches hold the axis within
-the cone or lead the path round it (`ConeLimit` of `fiveaxis.posture.search.successors`); a refinement holds
-it where its start passes the cone.
+near it a small change of direction takes a large turn, ``1/sin`` of the angle. A search holds the axis within
+the cone or goes round it (`ConeLimit`); a refinement holds it where its start passes the cone.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fiveaxis.base import Array, BoolArray, Finding, IntArray, Severity
+from fiveaxis.base import Array, BoolArray, Finding, Severity
 from fiveaxis.model import (
     Constraints,
     Machine,
@@ -51,12 +49,13 @@ class Cone:
         angle = constraints.singular_cone
         return None if angle is None else cls(angle, constraints.singular_rate)
 
+    def most(self, toolpath: Toolpath) -> Array:
+        """Return how far the axis may turn in each move within the cone, (n − 1,) rad; infinite on links."""
+        return np.where(toolpath.cutting[1:], self.rate * toolpath.lengths[1:], np.inf)
+
 
 def nearest_angles(machine: Machine, rotary: Array) -> Array:
-    """Compute how close each move of a path, (n, 2) rad, comes to the singular direction, (n − 1,) rad.
-
-    It is looked at at its ends and halfway.
-    """
+    """Compute how near the ends and the middle of each move come to the singular direction, (n − 1,) rad."""
     at = singular_angles(machine, tool_axes(machine, rotary))
     halfway = singular_angles(machine, tool_axes(machine, (rotary[1:] + rotary[:-1]) / 2.0))
     return np.minimum(np.minimum(at[1:], at[:-1]), halfway)
@@ -64,15 +63,14 @@ def nearest_angles(machine: Machine, rotary: Array) -> Array:
 
 def turning_within(toolpath: Toolpath, machine: Machine, rotary: Array, cone: Cone) -> BoolArray:
     """Find the cuts that turn the first rotary axis within the cone farther than allowed, (n − 1,)."""
-    inside = toolpath.cutting[1:] & (nearest_angles(machine, rotary) < cone.angle)
-    return inside & (np.abs(np.diff(rotary[:, 0])) > cone.rate * toolpath.lengths[1:] + ALLOWED)
+    too_far = np.abs(np.diff(rotary[:, 0])) > cone.most(toolpath) + ALLOWED
+    return too_far & (nearest_angles(machine, rotary) < cone.angle)
 
 
 def bounded_within(problem: Problem, toolpath: Toolpath, rotary: Array, cone: Cone) -> Problem:
     """Bound the turn of the first rotary axis in every cut that passes the cone on a path, (n, 2) rad."""
-    inside = toolpath.cutting[1:] & (nearest_angles(problem.machine, rotary) < cone.angle)
-    turns = problem.max_turn.copy()
-    turns[inside, 0] = np.minimum(turns[inside, 0], cone.rate * toolpath.lengths[1:][inside])
+    inside, turns = nearest_angles(problem.machine, rotary) < cone.angle, problem.max_turn.copy()
+    turns[inside, 0] = np.minimum(turns[inside, 0], cone.most(toolpath)[inside])
     return replace(problem, max_turn=turns)
 
 
@@ -119,25 +117,17 @@ def slow_findings(toolpath: Toolpath, machine: Machine, motion: Motion) -> list[
             (slow & crossing, "singular-crossing", " next to the singular direction"),
             (slow & ~crossing, "rotary-slows", ""),
         ):
-            for run in _runs(np.flatnonzero(rows)):
+            at = np.flatnonzero(rows)
+            for run in np.split(at, np.flatnonzero(np.diff(at) > 1) + 1) if len(at) else ():
                 worst = int(run[np.argmax(stretch[run, which])])
                 factor, feed = float(stretch[worst, which]), 60.0 * motion.feed[worst]
                 turn, speed = np.degrees([turns[worst, which], speeds[which]])
+                blocks = "1 block" if len(run) == 1 else f"{len(run)} blocks"
                 message = (
-                    f"{letter} can't keep the feed in {_blocks(len(run))}{where}: the slowest turns it by "
+                    f"{letter} can't keep the feed in {blocks}{where}: the slowest turns it by "
                     f"{turn:.3g} deg, which at {speed:g} deg/s takes {factor:.2f} times as long as F{feed:g} "
                     f"allows, so it falls to {feed / factor:.0f} mm/min; bound the turns (turn_rate) or "
                     "program that feed"
                 )
                 found.append(Finding(Severity.WARNING, code, message, toolpath.place(worst), factor))
     return sorted(found, key=lambda f: f.place.location or 0)
-
-
-def _blocks(count: int) -> str:
-    return "1 block" if count == 1 else f"{count} blocks"
-
-
-def _runs(rows: IntArray) -> Iterator[IntArray]:
-    """Split sorted rows into runs without gaps."""
-    if len(rows):
-        yield from np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1)

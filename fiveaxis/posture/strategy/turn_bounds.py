@@ -1,11 +1,26 @@
-"""How far a rotary axis may turn from one location to the next."""
+"""Bounds on rotary axes: how far they may turn in a move; axes that are held (4-axis and 3+2 machining)."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
 import numpy as np
 
-from fiveaxis.base import Array, angle_between
-from fiveaxis.model import STANDSTILL, TURN, Constraints, Machine, Toolpath, feed_times, rotary_angles
+from fiveaxis.base import Array, SettingError, angle_between, every_pair
+from fiveaxis.model import (
+    ON_LIMIT,
+    STANDSTILL,
+    TURN,
+    Constraints,
+    Limits,
+    Machine,
+    Toolpath,
+    feed_times,
+    one_turn_from,
+    rotary_angles,
+)
 
 # Default speed of rotary axes at the programmed feed, rad/s: that of most trunnion tables, 30 1/min.
 USUAL_SPEED = np.radians(180.0)
@@ -19,6 +34,8 @@ PROGRAMMED_SHARE = 1.5
 ON_THE_SPOT = np.radians(15.0)
 # Every step may turn by this, rad.
 LEAST_TURN = np.radians(0.01)
+# Step of the free axis's angle if the other is held (rad).
+FREE_STEP = np.radians(0.25)
 
 
 def turn_bounds(
@@ -48,7 +65,9 @@ def turn_bounds(
         most = USUAL_SPEED * feed_times(toolpath)[1:]
         most = np.where(toolpath.lengths[1:] > STANDSTILL, most, ON_THE_SPOT)
         if machine is not None and toolpath.has_axes:
-            most = np.maximum(most, PROGRAMMED_SHARE * _programmed(toolpath.axis, machine))
+            turns = np.abs(np.diff(rotary_angles(machine, toolpath.axis), axis=1))
+            turns = np.nan_to_num(np.minimum(turns, np.abs(TURN - turns)).max(axis=2)).min(axis=0)
+            most = np.maximum(most, PROGRAMMED_SHARE * turns)
         most = np.minimum(most, FARTHEST * share)
     else:
         most = max_turn * share
@@ -62,18 +81,12 @@ def turn_bounds(
     return np.maximum(most, LEAST_TURN)
 
 
-def _programmed(axis: Array, machine: Machine) -> Array:
-    """Return the largest turn of a rotary axis from one tool axis to the next, (n − 1,) rad; 0 if unknown."""
-    turns = np.abs(np.diff(rotary_angles(machine, axis), axis=1))
-    return np.nan_to_num(np.minimum(turns, np.abs(TURN - turns)).max(axis=2)).min(axis=0)
-
-
 def shared(most: Array, known: Array, location: Array, rows: Array, turned: Array) -> Array:
     """Share the bounds of moves among their parts, so that a path which keeps them may turn as it does.
 
-    What the path leaves of a bound is shared by length. Where the path turns too far, the whole bound is.
-    Bounds, and the turns `known`, are of the moves, (n − 1, 2) rad; those `turned` of the parts, (m − 1, 2).
-    Fractional indices in the given path are `location`, (n,), of the moves, and `rows`, (m,), of the parts.
+    What the path leaves of a bound is shared by length; where the path turns too far, the whole bound is.
+    Bounds and turns, `known`, (n − 1, 2) rad, are of moves, with ends at fractional indices in the given
+    path, `location`, (n,); those of parts are `turned`, (m − 1, 2) rad, and `rows`, (m,).
     """
     move = np.searchsorted(location, rows[1:]) - 1
     share = (np.diff(rows) / np.diff(location)[move])[:, None]
@@ -81,3 +94,43 @@ def shared(most: Array, known: Array, location: Array, rows: Array, turned: Arra
     np.add.at(total, move, turned)
     left = np.maximum(most - total, 0.0)
     return np.where((known <= most)[move], turned + share * left[move], share * most[move])
+
+
+def hold(machine: Machine, angles: Mapping[str, float]) -> Machine:
+    """Return the machine with one or both rotary axes fixed at angles, rad by axis letter.
+
+    They remain axes of the machine, with equal limits, so that motions keep their columns. `SettingError` for
+    a letter that isn't a rotary axis of the machine, or an angle outside its limits.
+    """
+    for letter, angle in angles.items():
+        if letter not in machine.rotaries:
+            raise SettingError(
+                f"{letter!r} can't be held: the rotary axes of {machine.name} are "
+                f"{', '.join(machine.rotaries)}; write for example C=30"
+            )
+        axis = machine.axis(letter)
+        if not axis.limits.contains(angle, ON_LIMIT):
+            low, high = axis.shown(axis.limits.low), axis.shown(axis.limits.high)
+            raise SettingError(
+                f"{letter} can't be held at {math.degrees(angle):g} deg, outside its limits "
+                f"{low:g}…{high:g} deg; give an angle within them"
+            )
+    limits = {letter: Limits(angle, angle) for letter, angle in angles.items()}
+    axes = tuple(replace(a, limits=limits.get(a.letter, a.limits)) for a in machine.axes)
+    return replace(machine, axes=axes)
+
+
+def is_holding(machine: Machine) -> bool:
+    """Whether a rotary axis of the machine is held."""
+    return any(machine.axes[column].limits.is_fixed for column in machine.rotary_columns)
+
+
+def free_angles(machine: Machine, step: float = FREE_STEP) -> Array:
+    """List a grid of the rotary angles within the limits, (a, 2) rad, at most one turn of each axis."""
+    choices = []
+    for column in machine.rotary_columns:
+        limits = machine.axes[column].limits
+        low = one_turn_from(limits)
+        high = limits.high if limits.span <= TURN else low + TURN - step
+        choices.append(np.linspace(low, high, math.ceil((high - low) / step) + 1))
+    return every_pair(*choices).reshape(-1, 2)

@@ -1,6 +1,8 @@
 """Rewinds: where an axis of limited turns goes back, so that a path may wind further than the axis range.
 
-Where it can't, the limits are named that would be enough.
+The optimiser first winds axes with a whole turn or more without end. Whole turns move neither the tool nor
+any other axis, so those of the path found are a problem of their own, and dynamic programming solves it
+exactly. Where an axis can't be rewound, the limits are named that would be enough.
 """
 
 from __future__ import annotations
@@ -8,11 +10,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import groupby
+from operator import itemgetter
 
 import numpy as np
 
-from fiveaxis.base import Array, BoolArray, Finding, Infeasible, Severity
-from fiveaxis.model import ON_LIMIT, TURN, Machine, MoveKind, TiltBounds, Toolpath, outwards, tool_axes
+from fiveaxis.base import Array, BoolArray, Finding, Infeasible, IntArray, Severity, compiled
+from fiveaxis.model import ON_LIMIT, TURN, Limits, Machine, TiltBounds, Toolpath, outwards, tool_axes
 from fiveaxis.posture.turns.stops import (
     Rewind,
     UnwrappedPath,
@@ -23,7 +27,9 @@ from fiveaxis.posture.turns.stops import (
     turn_feed,
     with_turn_changes,
 )
-from fiveaxis.posture.turns.winding import plan_turns, winding_columns
+
+# Stands for: no turn is possible.
+NO_TURN = np.iinfo(np.int64).max
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,10 +99,9 @@ def insert_rewinds(
     """Bring an unwrapped path, (n, 2) rad, chain order, into the axis limits with the cheapest rewinds.
 
     A rewind takes place where the tool is clear of everything that is cut, or can back off along its own axis
-    (`clear_retracts`). It interrupts a cut only if no rewind between cuts is enough. If two turns are
-    possible only between two locations, as with exactly one turn, it takes place there (`with_turn_changes`);
-    the bounds on the lean hold there, too. The price of time is in J/s. `Infeasible` if the path winds
-    further than an axis can, and no rewind is possible.
+    (`find_retracts`), also between two locations (`with_turn_changes`); it interrupts a cut only if no rewind
+    between cuts is enough. Bounds on the lean hold there, too. The price of time is in J/s. `Infeasible` if
+    the path winds further than an axis can, and no rewind is possible.
     """
     columns = winding_columns(machine)
     course = with_turn_changes(toolpath, machine, rotary, columns, tilt)
@@ -119,35 +124,30 @@ def insert_rewinds(
 def _insert(
     course: UnwrappedPath, machine: Machine, rotary: tuple[Array, Array], rewinds: list[tuple[int, Rewind]]
 ) -> Rewound:
-    """Insert rewinds into the path: back off, turn each axis, return."""
+    """Insert rewinds, which are sorted by their rows, into the path: back off, turn each axis, return."""
     arriving, leaving = rotary
-    stops: dict[int, list[Rewind]] = {}
-    for row, rewind in rewinds:
-        stops.setdefault(row, []).append(rewind)
-    count = np.ones(len(course.row), dtype=np.int64)
-    for row, there in stops.items():
-        count[row] += len(there) + 2 * (max(r.retract for r in there) > 0.0)
-    rows = np.repeat(np.arange(len(count)), count)
-    # The curve stays what it is without the rewinds.
-    path = replace(course.toolpath, inserted_on=course.toolpath.curve).at(rows)
-    angles = leaving[rows].copy()
-    arrives = np.cumsum(count) - count
-    is_link = np.diff(rows, prepend=-1) == 0
-    angles[~is_link] = arriving[rows[~is_link]]
-    feed, back = path.feed.copy(), np.zeros(len(rows))
-    fast = link_feed(course.toolpath)
-    for row, there in stops.items():
-        at, off = int(arrives[row]) + 1, max(r.retract for r in there)
-        now = arriving[row].copy()
+    fast, count = link_feed(course.toolpath), np.ones(len(course.row), dtype=np.int64)
+    # Angles, distance from the path and feed of all links.
+    links: list[tuple[Array, float, float]] = []
+    for row, group in groupby(rewinds, key=itemgetter(0)):
+        there, now, before = [rewind for _, rewind in group], arriving[row].copy(), len(links)
+        off = max(r.retract for r in there)
         if off > 0.0:
-            angles[at], back[at], feed[at] = now, off, fast
-            feed[at + len(there) + 1] = fast
-            at += 1
+            links.append((now.copy(), off, fast))
         for rewind in there:
             column = machine.column(rewind.axis)
             now[machine.rotary_columns.index(column)] += TURN * rewind.turns
-            angles[at], back[at], feed[at] = now, off, turn_feed(machine, column, fast)
-            at += 1
+            links.append((now.copy(), off, turn_feed(machine, column, fast)))
+        if off > 0.0:
+            links.append((leaving[row], 0.0, fast))
+        count[row] += len(links) - before
+    rows = np.repeat(np.arange(len(count)), count)
+    is_link = np.diff(rows, prepend=-1) == 0
+    # The curve stays what it is without the rewinds.
+    path = replace(course.toolpath, inserted_on=course.toolpath.curve).at(rows)
+    angles, back, feed = arriving[rows], np.zeros(len(rows)), path.feed.copy()
+    if links:
+        angles[is_link], back[is_link], feed[is_link] = map(np.array, zip(*links, strict=True))
     linked = _with_links(path, machine, angles, is_link, back, feed)
     own = course.own[rows] & ~is_link
     return Rewound(linked, angles, course.row[rows], own, tuple(r for _, r in rewinds))
@@ -160,19 +160,15 @@ def _with_links(
     axes = tool_axes(machine, rotary)
     unknown = np.full_like(path.normal, np.nan)
     pivot = path.zone.pivot_of_tip(path.tips(axes) + back[:, None] * axes, unknown, axes)
-    air = np.where(link[:, None], np.nan, 0.0)
     curve = path.inserted_on
     if curve is not None and path.zone.offset:
         # Beside a link the pivot of such a cutter isn't known.
         curve = replace(curve, bows=np.where(np.append(False, link[:-1])[:, None, None], 0.0, curve.bows))
     return replace(
-        path,
+        path.with_links(link),
         given=~path.inserted & ~link,
         inserted_on=curve,
         pivot=np.where(link[:, None], pivot, path.pivot),
-        contact=path.contact + air,
-        normal=path.normal + air,
-        kind=np.where(link, MoveKind.LINK, path.kind),
         feed=feed,
     )
 
@@ -180,8 +176,7 @@ def _with_links(
 def why_no_rewind(course: UnwrappedPath, machine: Machine, column: int) -> tuple[str, tuple[Finding, ...]]:
     """Explain that the axis of a column winds too far, and which limits would allow rewinds or spare them.
 
-    Each remedy is checked: linear limits by a plan of turns with its retracts, the axis's own limits by the
-    path's angles. A message is returned, and a finding with the code ``no-rewind``.
+    Each remedy is checked. A message is returned, and a finding with the code ``no-rewind``.
     """
     axis = machine.axes[column]
     angles = course.rotary[:, machine.rotary_columns.index(column)]
@@ -234,3 +229,82 @@ def _limits_for(machine: Machine, ends: Array) -> Iterator[str]:
             yield f"{axis.letter} to {outwards(float(values.max()), 1.0)} mm"
         if values.min() < axis.limits.low - ON_LIMIT:
             yield f"{axis.letter} to {outwards(float(values.min()), -1.0)} mm"
+
+
+def winding_columns(machine: Machine) -> list[int]:
+    """Find the columns of the rotary axes that have a whole turn or more, but not without end."""
+    limits = {column: machine.axes[column].limits for column in machine.rotary_columns}
+    return [c for c, own in limits.items() if not own.unlimited and own.span >= TURN - ON_LIMIT]
+
+
+def endless(machine: Machine) -> Machine:
+    """Free the axes that have a whole turn or more of their limits."""
+    free = set(winding_columns(machine))
+    axes = tuple(replace(a, limits=Limits()) if c in free else a for c, a in enumerate(machine.axes))
+    return replace(machine, axes=axes)
+
+
+def plan_turns(
+    angles: Array, limits: Limits, stop: Array, up: float = 0.0, down: float = 0.0
+) -> tuple[IntArray, IntArray] | None:
+    """Choose the turn of every location so that the rewinds of an axis with limits cost least.
+
+    Its angles, (n,) rad, are unwrapped. To stop at a location for a rewind costs (n,) J, infinite where that
+    is impossible, and each turn costs `up` or `down`, J. Return the whole turns to add on the moves to each
+    location and from it, (n,) each, which differ where the axis rewinds; None if the path can't be rewound.
+    """
+    # Towards an open end no path needs more turns than it makes.
+    room = np.ceil(np.ptp(angles) / TURN) + 1.0
+    first = np.ceil((limits.low - ON_LIMIT - angles) / TURN)
+    final = np.floor((limits.high + ON_LIMIT - angles) / TURN)
+    least = np.where(np.isfinite(first), first, final - room).astype(np.int64)
+    most = np.where(np.isfinite(final), final, first + room).astype(np.int64)
+    came, last = _cheapest_turns(least, most, stop.astype(float), float(up), float(down))
+    if last == NO_TURN:
+        return None
+    before, after = np.empty(len(angles), dtype=np.int64), np.empty(len(angles), dtype=np.int64)
+    for i in range(len(angles) - 1, -1, -1):
+        after[i], last = last, int(came[i, last - least[i]])
+        before[i] = last
+    return before, after
+
+
+@compiled
+def _cheapest_turns(
+    least: IntArray, most: IntArray, stop: Array, up: float, down: float
+) -> tuple[IntArray, int]:
+    """Find the turn before each turn of each location, counted from its least one, and the last turn.
+
+    Of paths with the same cost the one with turns nearest to 0 is taken.
+    """
+    n, width = len(least), max(1, np.max(most - least) + 1)
+    came = np.zeros((n, width), dtype=np.int64)
+    cost, arrived = np.full(width, np.inf), np.full(width, np.inf)
+    for i in range(n):
+        for w in range(width):
+            k = least[i] + w
+            arrived[w] = np.inf
+            if k > most[i]:
+                continue
+            if i == 0:
+                arrived[w] = 0.0
+            elif least[i - 1] <= k <= most[i - 1]:
+                arrived[w] = cost[k - least[i - 1]]
+        for w in range(width):
+            cost[w], came[i, w] = arrived[w], least[i] + w
+            if least[i] + w > most[i] or stop[i] == np.inf:
+                continue
+            for v in range(width):
+                turns = w - v
+                if turns == 0 or arrived[v] == np.inf:
+                    continue
+                total = arrived[v] + stop[i] + (turns * up if turns > 0 else -turns * down)
+                nearer = abs(least[i] + v) < abs(came[i, w])
+                if total < cost[w] or (total == cost[w] and nearer):
+                    cost[w], came[i, w] = total, least[i] + v
+    last, best = NO_TURN, np.inf
+    for w in range(width):
+        k = least[n - 1] + w
+        if cost[w] < best or (cost[w] == best and cost[w] < np.inf and abs(k) < abs(last)):
+            last, best = k, cost[w]
+    return came, last

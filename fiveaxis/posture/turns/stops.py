@@ -1,12 +1,9 @@
 """Where an axis may be rewound, what that costs, and where it may change its turn between two locations.
 
-An axis of exactly one turn reaches each angle on one turn, and its two ends, the same angle, on two: it can
-be rewound only there. With a little more than one turn there is a band of such angles, and a path with long
-steps may jump over it. In both cases a location is inserted into the move that passes these angles. The
-turns before and after it differ, so every inserted location is needed.
-
-It lies on the path, as inserted blocks do (`fiveaxis.model.filled`), and both angles change in proportion
-to the distance; where that would break a bound on the tool's lean, the other angle is changed.
+An axis can be rewound only at angles that it reaches on two turns: the two ends of exactly one turn, or a
+band of angles where it has a little more. A location is inserted into a move that jumps over them. It lies on
+the path, as inserted blocks do, and both angles change in proportion to the distance; where that would break
+a bound on the tool's lean, the other angle is changed.
 """
 
 from __future__ import annotations
@@ -55,8 +52,7 @@ class UnwrappedPath:
     ----------
     toolpath : its locations and the inserted ones
     rotary : (m, 2), rad, chain order, unwrapped
-    row : (m,), row of each location on the original path; fractional for inserted ones: 3.25 lies between
-        locations 3 and 4
+    row : (m,), row of each location on the original path: 3.25 lies between locations 3 and 4
     admitted : (m,), whether the bounds on the lean hold; true of the path's own locations
     """
 
@@ -76,20 +72,17 @@ def with_turn_changes(
 ) -> UnwrappedPath:
     """Insert a location into every move in which an axis may change its turn, but at no location.
 
-    The angles, (n, 2) rad, are unwrapped and in chain order; columns are those of the axes that wind, among
-    the machine's axes. Between two locations the directions of the bounds on the lean turn evenly.
+    The angles, (n, 2) rad, are unwrapped and in chain order; the axes that wind are columns of the machine's
+    axes. Between two locations the directions of the bounds on the lean turn evenly.
     """
     row, angles = np.arange(len(rotary), dtype=float), rotary
     for column in columns:
         which = machine.rotary_columns.index(column)
-        new, changes = find_turn_changes(angles[:, which], machine.axes[column].limits)
-        rows = np.concatenate([np.arange(len(angles), dtype=float), new])
-        order = np.argsort(rows, kind="stable")
-        exact = np.concatenate([angles[:, which], changes])[order]
-        angles = interpolate(angles, rows[order])
+        rows, exact = with_changes(angles[:, which], machine.axes[column].limits)
+        angles = interpolate(angles, rows)
         # Interpolation rounds; the angle must be exact.
         angles[:, which] = exact
-        row = np.interp(rows[order], np.arange(len(row)), row)
+        row = np.interp(rows, np.arange(len(row)), row)
     admitted = np.ones(len(row), dtype=bool)
     if len(row) == len(toolpath):
         return UnwrappedPath(toolpath, rotary, row, admitted)
@@ -112,9 +105,9 @@ def bounds_between(tilt: TiltBounds, row: Array) -> TiltBounds:
 
 
 def keep_lean(machine: Machine, rotary: Array, other: int, bounds: TiltBounds) -> Array:
-    """Change one angle, 0 or 1, of postures, (m, 2) rad, so that the bounds on their lean hold.
+    """Change one angle, 0 or 1, of postures, (m, 2) rad, by the least of `CHANGES` that keeps the bounds.
 
-    It is changed by the smallest of `CHANGES`, and not at all where no such angle keeps the bounds.
+    Where none does, it stays.
     """
     tried = np.repeat(rotary[:, None], len(CHANGES), axis=1)
     limits = machine.axes[machine.rotary_columns[other]].limits
@@ -146,6 +139,14 @@ def find_turn_changes(angles: Array, limits: Limits) -> tuple[Array, Array]:
     return row + (changes - angles[row]) / (angles[row + 1] - angles[row]), changes
 
 
+def with_changes(angles: Array, limits: Limits) -> tuple[Array, Array]:
+    """Insert the angles of `find_turn_changes` between those of an axis, (n,) rad; rows and angles, (m,)."""
+    new, changes = find_turn_changes(angles, limits)
+    rows = np.concatenate([np.arange(len(angles)), new])
+    order = np.argsort(rows, kind="stable")
+    return rows[order], np.concatenate([angles, changes])[order]
+
+
 @dataclass(frozen=True)
 class Rewind:
     """A stop at which an axis turns by whole turns.
@@ -174,8 +175,8 @@ def find_stops(
 ) -> tuple[Array, tuple[float, float], Callable[[int, int], Rewind]]:
     """Work out what rewinding the axis of a column costs, with a price of time, J/s.
 
-    Return the price of a stop at each location as `plan_turns` counts it, (n,) J, infinite where there is no
-    room; that of one turn up and down, J; and what makes the record of a rewind at a location by whole turns.
+    Return the price of a stop at each location, (n,) J, infinite where there is no room; that of one turn up
+    and down, J; and what makes the record of a rewind, from its location and whole turns.
     """
     toolpath, rotary, n = course.toolpath, course.rotary, len(course.row)
     cutting = toolpath.cutting
@@ -228,57 +229,51 @@ def turn_feed(machine: Machine, column: int, feed: float) -> float:
 def find_retracts(
     course: UnwrappedPath, machine: Machine, column: int, rows: IntArray
 ) -> tuple[Array, Array, Array]:
-    """Find how far the tool backs off at locations, (m,), and whether the linear axes can.
+    """Find how far the tool backs off at locations, (m,), and whether the linear axes can follow.
 
-    Return the distance, (m,) mm, as of `clear_retracts`; the ends, (2, m, linear axes) mm, before and after,
-    with 0 for a distance that wasn't found; and by how much they are beyond their limits, (m,) mm. These hold
-    between both ends as they do there: linear axes are linear in the tip.
+    Return the distance of `_clear_retracts`, (m,) mm; the linear axes before and after, (2, m, linear axes)
+    mm, the same if none was found; and by how much they exceed their limits, (m,) mm, there or in between:
+    linear axes are linear in the tip.
     """
-    distance, axis = clear_retracts(course, machine, column, rows), tool_axes(machine, course.rotary)
-    off = np.where(np.isfinite(distance), distance, 0.0)[:, None] * axis[rows]
-    tip, rotary = course.toolpath.tips(axis)[rows], course.rotary[rows]
+    axis = tool_axes(machine, course.rotary)
+    tip, rotary, axis = course.toolpath.tips(axis)[rows], course.rotary[rows], axis[rows]
+    distance = _clear_retracts(course.toolpath, machine, column, (tip, axis), rotary)
+    off = np.where(np.isfinite(distance), distance, 0.0)[:, None] * axis
     ends = np.stack([linear_positions(machine, at, rotary) for at in (tip, tip + off)])
     past = np.maximum(machine.limit_excess(ends), 0.0)[..., machine.linear_columns].max(axis=(0, 2))
     return distance, ends[..., machine.linear_columns], past
 
 
-def clear_retracts(course: UnwrappedPath, machine: Machine, column: int, rows: IntArray) -> Array:
-    """Measure how far the tool must back off along its axis before an axis may make whole turns; (m,) mm.
+def _clear_retracts(
+    toolpath: Toolpath, machine: Machine, column: int, tool: tuple[Array, Array], rotary: Array
+) -> Array:
+    """Measure how far tools must back off before an axis may make whole turns, (m,) mm; infinite for never.
 
-    A sphere around everything that is cut must stay clear. If the workpiece sits on the turning axis, the
-    sphere is centred on that axis, so the turn leaves it in place. The tool is a ray as thick as its thickest
-    part. Table, fixture, surroundings and axis limits aren't considered. Where no distance was found it is
-    infinite.
+    The tool, given by its tips and axes, is a ray as thick as its thickest part, and stays clear of a sphere
+    around everything that is cut. If the workpiece sits on the turning axis, so does the centre, and the turn
+    leaves the sphere in place. Table, fixture, surroundings and axis limits aren't considered.
     """
-    toolpath, rotary = course.toolpath, course.rotary
-    tip = toolpath.tips(tool_axes(machine, rotary))
+    tip, axis = tool
     on_table = machine.chain.joints[0].letter == machine.axes[column].letter
-    centre, radius = _sphere(toolpath.pivot[toolpath.cutting], machine, on_table)
+    points = toolpath.pivot[toolpath.cutting]
+    centre = (points.min(axis=0) + points.max(axis=0)) / 2.0
+    if on_table:
+        line = machine.chain.joints[0].line
+        along = product(points - line.point, line.direction)
+        centre = line.point + np.multiply((along.min() + along.max()) / 2.0, line.direction)
+    radius = float(np.linalg.norm(points - centre, axis=1).max())
     widest = max(float(part.outline[:, 0].max()) for part in toolpath.tool.parts())
     reach = radius + toolpath.zone.radius + widest + CLEARANCE
-    rotary, tip = rotary[rows], tip[rows]
-    axis = tool_axes(machine, rotary)
     least = _exit_distance(tip - centre, axis, reach)
     if on_table:
         return least
-    found = np.full(len(rows), np.inf)
+    found = np.full(len(tip), np.inf)
     for share in TRIED:
         # A tip outside the sphere has no distance to multiply, but the turn may sweep the tool into it.
         distance = share * np.maximum(least, CLEARANCE) if share > TRIED[0] else least
         clear = _turns_clear(machine, tip + distance[:, None] * axis, rotary, column, (centre, reach))
         found = np.where(np.isinf(found) & clear, distance, found)
     return found
-
-
-def _sphere(points: Array, machine: Machine, on_table: bool) -> tuple[Array, float]:
-    """Put a sphere around points, (n, 3) mm, centred on the workpiece's own axis if that is what turns."""
-    if on_table:
-        line = machine.chain.joints[0].line
-        along = product(points - line.point, line.direction)
-        centre = line.point + np.multiply((along.min() + along.max()) / 2.0, line.direction)
-    else:
-        centre = (points.min(axis=0) + points.max(axis=0)) / 2.0
-    return centre, float(np.linalg.norm(points - centre, axis=1).max())
 
 
 def _exit_distance(start: Array, axis: Array, reach: float) -> Array:

@@ -1,8 +1,8 @@
 """Unwrapped solutions, brought into the axis limits of the machine with as few rewinds as possible.
 
-Rewinds are left out that undo each other. A few degrees past the end of an axis range save far less than two
-rewinds cost, but the optimiser of the unwrapped path doesn't see rewinds. A path that winds in one direction
-may take one turn less. And turning the part on a rotary table shifts the ends of the range on the path.
+The optimiser of the unwrapped path doesn't see rewinds, so some are saved here: pairs that undo each other,
+where a path goes a few degrees past the end of the range, and one turn of a path that winds in one direction.
+Turning the part on a rotary table, which shifts the ends of the range on the path, is suggested.
 """
 
 from __future__ import annotations
@@ -15,14 +15,13 @@ from operator import attrgetter
 import numpy as np
 
 from fiveaxis.base import Array, Finding, Infeasible, IntArray, SettingError, Severity
-from fiveaxis.model import TURN, Limits, Machine, TiltBounds, Toolpath, follow, tool_axes
+from fiveaxis.model import TURN, Energy, Limits, Machine, Motion, TiltBounds, Toolpath, follow, tool_axes
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Baseline, Optimum, Unwrapped, program_energy
 from fiveaxis.posture.strategy.singular import Cone, turning_within
-from fiveaxis.posture.turns.rewinding import Rewound, insert_rewinds
-from fiveaxis.posture.turns.stops import CUT_PRICE, Rewind, find_turn_changes, keep_lean
-from fiveaxis.posture.turns.winding import plan_turns, winding_columns
+from fiveaxis.posture.turns.rewinding import Rewound, insert_rewinds, plan_turns, winding_columns
+from fiveaxis.posture.turns.stops import CUT_PRICE, Rewind, keep_lean, with_changes
 
 # Takes a problem and a path, (n, 2) rad, to a cheaper path.
 Refine = Callable[[Problem, Array], Array]
@@ -61,8 +60,8 @@ def rewind_solution(solution: Optimum, machine: Machine, refine: Refine, keeps: 
     """Convert a solution on the endless machine, with its problem, to the machine with its limits.
 
     The path, the path with one turn less (`fewer_turns`) and the baselines that keep all bounds are rewound;
-    the cheapest, with its rewinds, is the result. Baselines are compared with their own rewinds; one that
-    can't be rewound is reported as missing. `keeps` checks what isn't part of the problem (`path_check`).
+    the cheapest is the result. A baseline that can't be rewound is missing. `keeps` checks what isn't part of
+    the problem (`path_check`).
 
     Raises
     ------
@@ -73,6 +72,11 @@ def rewind_solution(solution: Optimum, machine: Machine, refine: Refine, keeps: 
     if problem is None:
         raise SettingError("this solution has no problem and can't be rewound; optimise its path")
     rewinder = _Rewinder(problem, path, solution.tilt, machine)
+
+    def priced(rewound: Toolpath, rotary: Array) -> tuple[Motion, Energy]:
+        motion = follow(rewound, machine, rotary)
+        return motion, program_energy(machine, rewound, motion, solution.filling, solution.clock)
+
     own = solution.motion.positions[:, columns]
     best = rewinder.without_reversals(rewinder.of(own), keeps)
     for narrow, drawn in fewer_turns(problem, machine, own, best.found, refine):
@@ -88,22 +92,20 @@ def rewind_solution(solution: Optimum, machine: Machine, refine: Refine, keeps: 
             missing[name] = str(reason)
             continue
         rewound = other.found.toolpath
-        motion = follow(rewound, machine, other.found.rotary)
-        energy = program_energy(machine, rewound, motion, solution.filling, solution.clock)
-        compared[name] = Baseline(motion, energy, rewound, baseline.note)
+        compared[name] = Baseline(*priced(rewound, other.found.rotary), rewound, baseline.note)
         if _is_admissible(problem, rotary, solution.motion.location) and keeps(rotary):
             best = min(best, other, key=attrgetter("price"))
     found = best.found
     findings = [*found.findings(), *better_phases(path, machine, best.rotary, found)]
     rewound = replace(found.toolpath, findings=(*path.findings, *findings))
-    motion = follow(rewound, machine, found.rotary)
+    motion, energy = priced(rewound, found.rotary)
     return replace(
         solution,
         machine=machine,
         toolpath=rewound,
         tilt=found.bounds(solution.tilt),
         motion=motion,
-        energy=program_energy(machine, rewound, motion, solution.filling, solution.clock),
+        energy=energy,
         compared=compared,
         missing=missing,
         problem=None,
@@ -117,9 +119,8 @@ def _is_admissible(problem: Problem, rotary: Array, location: Array | None) -> b
     Inserted locations share the bound of their move as the path does for which they were inserted.
     """
     given = np.arange(len(rotary)) if location is None else np.flatnonzero(location == np.floor(location))
-    positions, excess = problem.placed(slice(None), rotary)
     turned = problem.thinned(given).turn_excess(rotary[given])
-    return max(excess.max(), problem.limit_excess(positions).max(), turned.max(initial=0.0)) <= ALLOWED
+    return max(problem.excess(rotary).max(), turned.max(initial=0.0)) <= ALLOWED
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,12 +147,10 @@ class _Rewinder:
 
     def of(self, rotary: Array) -> _Candidate:
         """Rewind a path, (n, 2) rad, and price it."""
-        problem = self.problem
-        price = problem.time_price
-        found = insert_rewinds(self.path, self.machine, rotary, tilt=self.tilt, time_price=price)
+        problem, wait = self.problem, self.problem.time_price
+        found = insert_rewinds(self.path, self.machine, rotary, tilt=self.tilt, time_price=wait)
         marks = sum(r.in_cut for r in found.rewinds)
-        travel = problem.cost(problem.positions(slice(None), rotary))
-        price = travel + found.energy + problem.time_price * found.time + CUT_PRICE * marks
+        price = problem.path_cost(rotary) + found.energy + wait * found.time + CUT_PRICE * marks
         return _Candidate(problem, rotary, found, price)
 
     def without_reversals(self, best: _Candidate, keeps: PathCheck) -> _Candidate:
@@ -171,11 +170,10 @@ def fewer_turns(
 ) -> Iterator[tuple[Problem, Array]]:
     """Draw a path that winds in one direction into limits that save one turn of its rewinds.
 
-    Small changes at its ends may save a turn: from −46° to 3486° on an axis of ±400° takes nine turns of
-    rewinds, from −40° to 3480° eight. These bounds become limits of the endless axis, and the NLP finds the
-    cheapest path within them near the given one, (n, 2) rad, chain order, whose rewinds are in `found`. Yield
-    the narrowed problem and its path, (n, 2) rad, for every axis that winds in one direction only and for
-    which an admissible path was found.
+    From −46° to 3486° on an axis of ±400° takes nine turns of rewinds, from −40° to 3480° eight. Such bounds
+    become limits of the endless axis, and the NLP finds the cheapest path within them near the given one,
+    (n, 2) rad, chain order, whose rewinds are in `found`. Yield the narrowed problem and its path, (n, 2)
+    rad, for every axis that winds in one direction only, where the path keeps all bounds.
     """
     for column in winding_columns(machine):
         axis, which = machine.axes[column], machine.rotary_columns.index(column)
@@ -206,9 +204,8 @@ def paths_without_reversals(
     """Yield paths without some of the pairs of rewinds that undo each other, (n, 2) rad, unwrapped.
 
     First comes the path without all pairs that can be left out at once, then those without one pair each, the
-    shortest first. Between the rewinds of a pair the axis stays at the end of its range, and the other angle
-    changes where a bound on the lean, of the path's locations, requires it. Paths that break the bounds of
-    the problem, on the endless machine, are left out; `machine` has its limits.
+    shortest first. Between the rewinds of a pair the axis stays at the end of its range (`_hold`). Paths that
+    break the bounds of the problem, on the endless machine, are left out; `machine` has its limits.
     """
     alone, together, taken = [], rotary.copy(), set[float]()
     for one, two in sorted(_pairs(found), key=lambda pair: (pair[1].row - pair[0].row, pair[0].row)):
@@ -233,7 +230,10 @@ def paths_without_reversals(
 def _hold(
     machine: Machine, rotary: Array, found: Rewound, pair: tuple[Rewind, Rewind], tilt: TiltBounds | None
 ) -> tuple[IntArray, Array]:
-    """Hold an axis at the end of its range between two rewinds: rows, (m,), and their angles, (m, 2) rad."""
+    """Hold an axis at the end of its range between two rewinds: rows, (m,), and their angles, (m, 2) rad.
+
+    The other angle changes where a bound on the lean requires it.
+    """
     one, two = pair
     column = machine.column(one.axis)
     which, limits = machine.rotary_columns.index(column), machine.axes[column].limits
@@ -262,9 +262,8 @@ def _pairs(found: Rewound) -> Iterator[tuple[Rewind, Rewind]]:
 def better_phases(toolpath: Toolpath, machine: Machine, rotary: Array, found: Rewound) -> list[Finding]:
     """Find by how much to turn the part on the table for fewer rewinds within cuts.
 
-    The axis that carries the part is then further by that angle at every location of the unwrapped path,
-    (n, 2) rad; everything else stays as it is, including the room to back off. There is at most one finding,
-    code ``rewind-phase``; its value is the angle in degrees.
+    The axis that carries the part is then further by that angle along the unwrapped path, (n, 2) rad. There
+    is at most one finding, code ``rewind-phase``; its value is the angle in degrees.
     """
     letter = machine.chain.joints[0].letter
     marks = sum(r.in_cut for r in found.rewinds if r.axis == letter)
@@ -288,15 +287,12 @@ def better_phases(toolpath: Toolpath, machine: Machine, rotary: Array, found: Re
 
 def count_rewinds(toolpath: Toolpath, angles: Array, limits: Limits) -> tuple[float, float]:
     """Count an unwrapped axis's rewinds within cuts and between them; infinite if it can't be rewound."""
-    cutting = toolpath.cutting
-    in_cut = np.append(cutting[1:] & cutting[:-1], False)
-    stop = np.where(in_cut, 1.0, BETWEEN)
-    stop[[0, -1]] = np.inf
-    rows, changes = find_turn_changes(angles, limits)
-    order = np.argsort(np.concatenate([np.arange(len(angles)), rows]), kind="stable")
-    passing = np.where(cutting[np.ceil(rows).astype(np.int64)], 1.0, BETWEEN)
-    price = np.concatenate([stop, passing])[order]
-    turns = plan_turns(np.concatenate([angles, changes])[order], limits, price)
+    rows, passed = with_changes(angles, limits)
+    before, cutting = np.floor(rows).astype(np.int64), np.append(toolpath.cutting, False)
+    in_cut = cutting[before + 1] & (cutting[before] | (rows > before))
+    price = np.where(in_cut, 1.0, BETWEEN)
+    price[[0, -1]] = np.inf
+    turns = plan_turns(passed, limits, price)
     if turns is None:
         return np.inf, np.inf
     taken = price[turns[1] != turns[0]]

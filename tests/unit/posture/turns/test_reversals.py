@@ -10,9 +10,8 @@ from fiveaxis.base import Array
 from fiveaxis.model import Limits, Machine, TiltBounds, Tool, Toolpath, follow, motion_energy, tool_axes
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.solution import Optimum
-from fiveaxis.posture.turns.rewinding import insert_rewinds
+from fiveaxis.posture.turns.rewinding import endless, insert_rewinds
 from fiveaxis.posture.turns.unwrapped import paths_without_reversals, rewind_solution
-from fiveaxis.posture.turns.winding import endless
 
 
 def ranged(machine: Machine, low: float, high: float) -> Machine:

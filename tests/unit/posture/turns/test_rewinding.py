@@ -29,9 +29,8 @@ from fiveaxis.model.kinematics.windings import ON_LIMIT, TURN
 from fiveaxis.model.motion.filling import fill_in
 from fiveaxis.nc import compose_program
 from fiveaxis.posture import Optimum
-from fiveaxis.posture.turns.rewinding import insert_rewinds
+from fiveaxis.posture.turns.rewinding import insert_rewinds, plan_turns, winding_columns
 from fiveaxis.posture.turns.stops import find_stops, with_turn_changes
-from fiveaxis.posture.turns.winding import plan_turns, winding_columns
 
 RANGES = [(-180.0, 180.0), (0.0, 360.0), (-10.0, 352.0), (-100.0, 300.0)]
 

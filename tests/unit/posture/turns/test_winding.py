@@ -16,10 +16,9 @@ from fiveaxis.model.kinematics.windings import ON_LIMIT, TURN
 from fiveaxis.model.motion.filling import fill_in
 from fiveaxis.posture.local.optima import refine
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.turns.rewinding import insert_rewinds
+from fiveaxis.posture.turns.rewinding import endless, insert_rewinds, plan_turns, winding_columns
 from fiveaxis.posture.turns.stops import CLEARANCE
 from fiveaxis.posture.turns.unwrapped import fewer_turns
-from fiveaxis.posture.turns.winding import endless, plan_turns, winding_columns
 
 HELIX_TURNS = 10
 
