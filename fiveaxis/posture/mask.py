@@ -94,6 +94,11 @@ class Mask:
 
         return self._each(between)
 
+    def halfway(self, location: Array) -> Mask:
+        """Return the mask of locations, (n,), as rows 2 i, and of those halfway to them, 2 i − 1."""
+        last = len(location) - 1
+        return self.along(np.interp(np.linspace(0.0, last, 2 * last + 1), np.arange(last + 1), location))
+
     def wrapped(self, machine: Machine) -> Mask:
         """Return the mask of unwrapped paths.
 

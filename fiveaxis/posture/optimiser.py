@@ -369,7 +369,7 @@ class Attempts:
             return min(sound, key=problem.path_cost)
         self.options.progress(STAGES["search"], 0, 1)
         costs = BlockCosts.of_travel(problem.plus, problem.minus)
-        admits = None if mask is None else mask.roughly_admits
+        admits = None if mask is None else mask.halfway(np.arange(float(len(problem)))).roughly_admits
         found = path_anywhere(problem, costs, self._starting.everywhere[0], admits)
         if len(found) == len(problem):
             found = refined(problem, found, self._starting)

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from fiveaxis.base import Array, BoolArray, IntArray, inverse_transform, normalise, product
+from fiveaxis.base import Array, BoolArray, IntArray, compiled, inverse_transform, normalise, product
 from fiveaxis.check.collision.assumed import with_nose, with_stated_table
 from fiveaxis.check.collision.obstacles import Obstacle, Solid, tool_solids
 from fiveaxis.check.collision.shrinking import ShrinkingStock
@@ -117,15 +117,17 @@ class Accessibility:
         return self.toolpath.zone.tip(self.toolpath.pivot[rows], self._normals[rows], axis)
 
     def _look_up(self, rows: IntArray, cells: IntArray) -> Array:
-        new = np.unique(rows[self._slots[rows] < 0])
-        if len(new):
+        slots = self._slots[rows]
+        if (slots < 0).any():
+            new = np.unique(rows[slots < 0])
             used = int(self._slots.max()) + 1
             self._slots[new] = used + np.arange(len(new))
             if used + len(new) > len(self._map):
                 # Twice as many as needed: locations come a few at a time.
                 more = 2 * (used + len(new)) - len(self._map)
                 self._map = np.concatenate([self._map, np.zeros((more, CELLS * CELLS), dtype=np.uint8)])
-        keys, flat = self._slots[rows] * (CELLS * CELLS) + cells, self._map.reshape(-1)
+            slots = self._slots[rows]
+        keys, flat = slots * (CELLS * CELLS) + cells, self._map.reshape(-1)
         unknown = np.flatnonzero(flat[keys] == UNKNOWN)
         if len(unknown):
             new_keys, first = np.unique(keys[unknown], return_index=True)
@@ -134,6 +136,7 @@ class Accessibility:
         return flat[keys]
 
 
+@compiled
 def cells_of(directions: Array, count: int) -> IntArray:
     """Find the cell of each direction, (m, 3) of any length, in a map of `count` cells per side; (m,).
 
@@ -141,15 +144,19 @@ def cells_of(directions: Array, count: int) -> IntArray:
     Unlike on a grid of longitude and latitude, neighbouring directions share a cell or lie in neighbouring
     ones, and the cells are of similar size.
     """
-    u, v, z = directions.T / np.abs(directions.T).sum(axis=0)
-    # The lower half is folded outwards over the square's corners.
-    lower, folded = z < 0.0, np.copysign(1.0 - np.abs(v), u)
-    v = np.where(lower, np.copysign(1.0 - np.abs(u), v), v)
-    u = np.where(lower, folded, u)
-    # NaN, of a posture that no axis values give, has a cell, too.
-    places = (np.nan_to_num((c + 1.0) / 2.0 * count).astype(np.int64) for c in (u, v))
-    column, row = (np.clip(place, 0, count - 1) for place in places)
-    return np.asarray(row * count + column)
+    cells = np.empty(len(directions), np.int64)
+    for i in range(len(directions)):
+        x, y, z = directions[i, 0], directions[i, 1], directions[i, 2]
+        length = abs(x) + abs(y) + abs(z)
+        u, v = x / length, y / length
+        if z < 0.0:
+            # The lower half is folded outwards over the square's corners.
+            u, v = np.copysign(1.0 - abs(v), u), np.copysign(1.0 - abs(u), v)
+        column, row = (u + 1.0) / 2.0 * count, (v + 1.0) / 2.0 * count
+        # NaN, of a posture that no axis values give, has a cell, too: the first one of its row or column.
+        column, row = (column if column > 0.0 else 0.0), (row if row > 0.0 else 0.0)
+        cells[i] = min(int(row), count - 1) * count + min(int(column), count - 1)
+    return cells
 
 
 def cell_centres(cells: IntArray, count: int) -> Array:

@@ -107,7 +107,7 @@ AT_ONCE = 20_000
 QUERIED_BESIDE, BESIDE_TIGHT, MOST_QUERIED = 4, 2, 0.5
 # rad: a mask that refuses a posture so far from a path's is in its way.
 EDGE = np.radians(1.0)
-# Which postures, (m, 2) rad, at locations, (m,), a mask admits; (m,).
+# Which postures, (m, 2) rad, a mask admits; (m,). Row 2 i is location i, row 2 i − 1 halfway to it.
 Admits = Callable[[IntArray, Array], BoolArray]
 
 
@@ -349,13 +349,10 @@ def _admitted(trail: Trail, i: int, admits: Admits) -> BoolArray:
 def _admitted_ways(rows: IntArray, rotary: Array, turned: Array, admits: Admits) -> BoolArray:
     """Find the postures, (m, 2) rad, at locations, (m,), that a mask admits, and halfway to them; (m,)."""
     far = np.flatnonzero(np.abs(turned).max(axis=1, initial=0.0) > SMALL_TURN)
-    halfway = rotary[far] - turned[far] / 2.0
-    # Locations may be inserted, where both neighbours have to admit a posture. All are queried at once.
-    queried = np.concatenate([rows, rows[far], rows[far] - 1])
-    stays, *both = np.split(
-        admits(queried, np.concatenate([rotary, halfway, halfway])), np.cumsum([len(rows), len(far)])
-    )
-    stays[far] &= both[0] & both[1]
+    queried = np.concatenate([2 * rows, 2 * rows[far] - 1])
+    admitted = admits(queried, np.concatenate([rotary, rotary[far] - turned[far] / 2.0]))
+    stays, halfway = np.split(admitted, [len(rows)])
+    stays[far] &= halfway
     return stays
 
 
@@ -363,7 +360,7 @@ def in_the_way(path: Array, admits: Admits) -> BoolArray:
     """Find where a mask refuses the postures of a path, (n, 2) rad, or those beside them; (n,)."""
     beside = EDGE * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
     tried = (path[:, None] + beside).reshape(-1, 2)
-    admitted = admits(np.repeat(np.arange(len(path)), len(beside)), tried)
+    admitted = admits(np.repeat(2 * np.arange(len(path)), len(beside)), tried)
     return np.asarray(~admitted.reshape(len(path), -1).all(axis=1))
 
 
@@ -391,7 +388,7 @@ def path_anywhere(
         problem, costs = problem.backwards(), costs.backwards()
         cone_limit = None if cone_limit is None else cone_limit.backwards()
         tight = None if tight is None else tight[::-1]
-        given, last = admits, len(problem) - 1
+        given, last = admits, 2 * len(problem) - 2
         admits = None if given is None else lambda rows, rotary: given(last - rows, rotary)
     for finer in (resolution, *resolution.finer):
         found = cheapest_path(
@@ -484,7 +481,7 @@ def _corridor(
     positions, excess = problem.placed(slice(None), path)
     excess = np.maximum(excess, problem.limit_excess(positions))
     if admits is not None:
-        excess[~admits(np.arange(len(path)), path)] = REFUSED
+        excess[~admits(2 * np.arange(len(path)), path)] = REFUSED
     return Corridor(np.column_stack([path, excess, positions]), near, free)
 
 

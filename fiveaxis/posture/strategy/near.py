@@ -120,7 +120,7 @@ class Near:
         free: BoolArray | None = None,
     ) -> Array:
         """Search a corridor about a start, (n, 2) rad, where that is free to change."""
-        mask = self._along(instance)
+        mask = None if self.mask is None else self.mask.halfway(instance.location)
         admits = None if mask is None else mask.admits
         tight = None if admits is None else self._tight(instance, admits) | in_the_way(start, admits)
         limit = self._cone_limit(instance)
@@ -139,8 +139,8 @@ class Near:
 
         With `queries_all` the mask is queried everywhere, not only where it is in the way.
         """
-        mask, tight = self._along(instance), None
-        rough = None if mask is None else mask.roughly_admits
+        tight = None
+        rough = None if self.mask is None else self.mask.halfway(instance.location).roughly_admits
         if rough is not None:
             tight = np.ones(len(instance.path), dtype=bool) if queries_all else self._tight(instance, rough)
         cone_limit = self._cone_limit(instance)

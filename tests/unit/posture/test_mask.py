@@ -60,6 +60,13 @@ def test_at_an_inserted_location_both_neighbours_have_to_admit_a_posture():
     assert mask.admits(np.arange(3), np.full((3, 2), 0.5)).tolist() == [False, False, True]
 
 
+def test_halfway_on_a_move_past_other_locations_the_one_in_the_middle_admits_a_posture():
+    mask = Mask(lambda rows, rotary: rotary[:, 0] == rows).halfway(np.array([0.0, 8.0, 9.0]))
+    # Locations 0, 8 and 9 with location 4 and the way from 8 to 9 between them.
+    postures = np.array([[0.0, 0.0], [4.0, 0.0], [8.0, 0.0], [8.0, 0.0], [9.0, 0.0]])
+    assert mask.admits(np.arange(5), postures).tolist() == [True, True, True, False, True]
+
+
 def test_a_mask_counts_angles_as_the_machine_does():
     machine = fx.load_machine("hayashi-640123")
     low, high = (getattr(machine, end)[machine.rotary_columns] for end in ("low", "high"))
