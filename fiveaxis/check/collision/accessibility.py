@@ -109,6 +109,11 @@ class Accessibility:
         return np.full(len(self.toolpath), -1)
 
     @cached_property
+    def _centres(self) -> Array:
+        """(CELLS², 3), directions at the centres of a location's cells."""
+        return cell_centres(np.arange(CELLS * CELLS), CELLS)
+
+    @cached_property
     def _normals(self) -> Array:
         """(n, 3), of the path; 0 where there is none."""
         return np.nan_to_num(self.toolpath.normal)
@@ -131,7 +136,7 @@ class Accessibility:
         unknown = np.flatnonzero(flat[keys] == UNKNOWN)
         if len(unknown):
             new_keys, first = np.unique(keys[unknown], return_index=True)
-            free = self.clear(rows[unknown[first]], cell_centres(new_keys % (CELLS * CELLS), CELLS))
+            free = self.clear(rows[unknown[first]], self._centres[new_keys % (CELLS * CELLS)])
             flat[new_keys] = np.where(free, CLEAR, BLOCKED)
         return flat[keys]
 

@@ -144,8 +144,8 @@ def same_side(p: Vector, q: Vector, r: Vector, s: Vector) -> bool:
 def nearest_of(simplex: Array, n: int) -> tuple[int, Vector]:
     """Find the point of a simplex nearest to the origin, mm, and keep the corners that carry it.
 
-    The simplex is (7, 3) mm, of which n ≥ 2 are corners; afterwards those kept come first. The last three
-    rows are those of the face that is nearest so far. Return the number of corners kept, 4 if the origin is
+    The simplex is (8, 3) mm, of which n ≥ 2 are corners; afterwards those kept come first. Rows 4 to 6 are
+    those of the face that is nearest so far. Return the number of corners kept, 4 if the origin is
     inside, and the point, infinite where rounding leaves none.
     """
     weights, point, least = (0.0, 0.0, 0.0), (np.inf, np.inf, np.inf), np.inf
@@ -184,17 +184,23 @@ def gap_bounds(
     """Bound the gap between two bodies, (m, 4) mm each, from below and above, mm, to `EXACT` of each other.
 
     It ends early once the gap is known to be at most `near` or more than `far`, mm. The pose, (4, 4) mm, is
-    of b's frame in a's; the simplex, (7, 3), is work space.
+    of b's frame in a's; the simplex, (8, 3), is work space. In its last row is a direction to begin with, or 0,
+    and afterwards the one that parts the bodies farthest: it often parts those beside them, too.
     """
-    v = minus(vector(a, 0), placed(pose, vector(b, 0)))
+    d = vector(simplex, 7)
+    v = difference(a, b, pose, d)
     put(simplex, 0, v)
-    n, lower, upper = 1, 0.0, np.sqrt(dot(v, v))
+    n, lower, upper = 1, max(-dot(d, v), 0.0), np.sqrt(dot(v, v))
+    if lower > far:
+        return lower, upper
     for _ in range(MOST_STEPS):
         if upper <= near or upper < TOUCHING:
             break
         d = times(-1.0 / upper, v)
         new = difference(a, b, pose, d)
-        lower = max(lower, -dot(d, new))
+        if -dot(d, new) > lower:
+            lower = -dot(d, new)
+            put(simplex, 7, d)
         if lower > far or upper - lower <= EXACT:
             break
         put(simplex, n, new)

@@ -79,7 +79,7 @@ def gaps_between(pair: Pair, poses: Array, most: Array, exact: bool) -> Array:
     (m, 4, 4) mm, are of the second piece's frame in the first one's.
     """
     gaps = np.empty(len(poses))
-    space = np.empty((STACK, 2), np.int64), np.empty(STACK), np.empty((7, 3))
+    space = np.empty((STACK, 2), np.int64), np.empty(STACK), np.zeros((8, 3))
     for i in range(len(poses)):
         gaps[i] = _gap(pair, poses[i], most[i], exact, space)
     return gaps
@@ -118,7 +118,7 @@ def depth_between(bodies_a: Array, boxes_a: Array, bodies_b: Array, boxes_b: Arr
     width_a, width_b = len(bodies_a) // leaves_a, len(bodies_b) // leaves_b
     waiting, bounds = np.empty((STACK, 2), np.int64), np.empty(STACK)
     waiting[0, 0], waiting[0, 1], bounds[0] = 1, 1, -np.inf
-    count, deepest, simplex = 1, 0.0, np.empty((7, 3))
+    count, deepest, simplex = 1, 0.0, np.zeros((8, 3))
     corners, planes = np.empty((MOST_CORNERS, 3)), np.empty((MOST_FACES, 4))
     faces, edges = np.empty((MOST_FACES, 3), np.int64), np.empty((3 * MOST_FACES, 2), np.int64)
     while count > 0:
