@@ -103,7 +103,7 @@ def refine(
         kept = _choose(problem, found.rotary, kept)
     unsolved = solver == STRUCTURED and not any(found.solved for found in tried)
     if unsolved and (not near or problem.violation(kept) > ALLOWED):
-        tried.append(_minimise_from_outside(problem, x, held, iterations, barrier))
+        tried.append(_minimise_from_outside(problem, x, held, iterations, barrier, last))
         kept = _choose(problem, tried[-1].rotary, kept)
     return Refinement(
         kept,
@@ -114,7 +114,7 @@ def refine(
 
 
 def _minimise_from_outside(
-    problem: Problem, x: Array, held: tuple[bool, bool], iterations: int, barrier: float
+    problem: Problem, x: Array, held: tuple[bool, bool], iterations: int, barrier: float, last: float
 ) -> LocalOptimum:
     """Bring unknowns, (n, d), within bounds that first have a price: outside the filter may stall."""
     most, rotary = ITERATIONS * iterations, problem.machine.rotary_columns
@@ -122,11 +122,11 @@ def _minimise_from_outside(
     # Else a bound that is dear to keep is left broken, or the path stays on the wrong side of it.
     elastic = build_rows(problem, held, elastic=max(VIOLATION_PRICE, STEEPEST * dearest))
     first = BARRIERS[0] * max(barrier, LEEWAY * dearest)
-    led = minimise(elastic, x, iterations=most, barrier=first)
+    led = minimise(elastic, x, iterations=most, barrier=first, last=last)
     if problem.violation(led.rotary) <= ALLOWED:
         return led
     rows = build_rows(problem, held)
-    found = minimise(rows, led.x, iterations=most, barrier=BARRIERS[-1] * barrier)
+    found = minimise(rows, led.x, iterations=most, barrier=BARRIERS[-1] * barrier, last=last)
     return replace(found, iterations=led.iterations + found.iterations)
 
 

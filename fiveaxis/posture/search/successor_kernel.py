@@ -89,21 +89,22 @@ def second_order(model: Array, row: int, turn1: float, turn2: float) -> float:
 
 
 @innermost
-def gradient(model: Array, row: int, turn1: float, turn2: float) -> tuple[float, float]:
-    """Evaluate the derivatives of a row of a model of second order at turns of both axes, rad."""
-    by1 = model[row, 1] + model[row, 3] * turn1 + model[row, 4] * turn2
-    by2 = model[row, 2] + model[row, 4] * turn1 + model[row, 5] * turn2
-    return by1, by2
+def with_slopes(model: Array, row: int, turn1: float, turn2: float) -> tuple[float, float, float]:
+    """Evaluate a row of a model of second order at turns of both axes, rad, and its derivatives there."""
+    bend1 = model[row, 3] * turn1 + model[row, 4] * turn2
+    bend2 = model[row, 4] * turn1 + model[row, 5] * turn2
+    by1, by2 = model[row, 1] + bend1, model[row, 2] + bend2
+    value = model[row, 0] + (by1 - 0.5 * bend1) * turn1 + (by2 - 0.5 * bend2) * turn2
+    return value, by1, by2
 
 
 @innermost
 def turns_to(model: Array, row1: int, aim1: float, row2: int, aim2: float) -> tuple[bool, float, float]:
     """Find the turns, rad, at which two rows of a model have these values, by Newton's method."""
     turn1 = turn2 = size = 0.0
+    f, f1, f2 = model[row1, 0] - aim1, model[row1, 1], model[row1, 2]
+    g, g1, g2 = model[row2, 0] - aim2, model[row2, 1], model[row2, 2]
     for _ in range(NEWTON_STEPS):
-        f, g = second_order(model, row1, turn1, turn2) - aim1, second_order(model, row2, turn1, turn2) - aim2
-        f1, f2 = gradient(model, row1, turn1, turn2)
-        g1, g2 = gradient(model, row2, turn1, turn2)
         determinant = f1 * g2 - f2 * g1
         if not abs(determinant) > LEAST_DETERMINANT:
             return False, turn1, turn2
@@ -114,6 +115,9 @@ def turns_to(model: Array, row1: int, aim1: float, row2: int, aim2: float) -> tu
         turn1, turn2 = turn1 - step1, turn2 - step2
         if size < SETTLED:
             break
+        f, f1, f2 = with_slopes(model, row1, turn1, turn2)
+        g, g1, g2 = with_slopes(model, row2, turn1, turn2)
+        f, g = f - aim1, g - aim2
     return size < LONGEST_TURN / 8.0, turn1, turn2
 
 
