@@ -97,6 +97,9 @@ def moving_power(
 
 def _constant_part(drive: Drive, direction: Array, gravity: Array | float, weight: float) -> Array:
     """Compute by how much the model's power jumps as an axis starts, (n,) W; below 0 if friction helps."""
+    if not isinstance(drive, FrictionDrive):
+        up, down = (measured_line(drive, side, weight)[1] for side in (0, 1))
+        return np.where(direction > 0.0, up, down) * np.abs(direction)
     creeping, still = (_power(drive, v * direction, gravity, weight) for v in (CREEPING, 0.0))
     return creeping - still
 

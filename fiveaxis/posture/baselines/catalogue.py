@@ -251,16 +251,22 @@ def _admitted_everywhere(axis: Array, tilt: TiltBounds) -> BoolArray:
 
 def _fixed_costs(toolpath: Toolpath, machine: Machine, grid: Array) -> Array:
     """Price postures, (g, 2) rad, each held for the whole path; (g,) J, infinite beyond a limit."""
-    plus, minus = travel_costs(machine, toolpath.feed[1:], toolpath.rapid[1:])
+    linear = machine.linear_columns
+    plus, minus = (c[:, linear].T for c in travel_costs(machine, toolpath.feed[1:], toolpath.rapid[1:]))
+    ends = np.stack([machine.low[linear] - ON_LIMIT, machine.high[linear] + ON_LIMIT])[..., None]
+    # While the angles stay, linear axes are linear in the tip: four tips tell where they are at all others.
+    corners = np.vstack([np.zeros(3), np.eye(3)])
     costs = np.empty(len(grid))
     at_once = max(1, FIXED_ROWS // len(toolpath))
     for first in range(0, len(grid), at_once):
         rotary = grid[first : first + at_once, None, :]
+        origin, *along = linear_positions(machine, corners, rotary)[..., linear].swapaxes(0, 1)
         axis = np.broadcast_to(tool_axes(machine, rotary), (len(rotary), len(toolpath), 3))
-        positions = linear_positions(machine, toolpath.tips(axis), rotary)
-        moves = np.diff(positions, axis=1)
+        slope = np.stack(along, axis=2) - origin[..., None]
+        positions = product(slope, toolpath.tips(axis).swapaxes(1, 2)) + origin[..., None]
+        moves = np.diff(positions, axis=2)
         spent = np.sum(plus * np.maximum(moves, 0.0) + minus * np.maximum(-moves, 0.0), axis=(1, 2))
-        inside = within_limits(machine, positions).all(axis=1)
+        inside = ((ends[0] <= positions) & (positions <= ends[1])).all(axis=(1, 2))
         costs[first : first + at_once] = np.where(inside, spent, np.inf)
     return costs
 

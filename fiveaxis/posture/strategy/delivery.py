@@ -101,7 +101,7 @@ class Delivery(Programs):
             toolpath=replace(path, findings=(*path.findings, *findings)),
             tilt=best.instance.bounds,
             motion=motion,
-            energy=program_energy(solution.machine, path, motion, self.filling, self.options.clock),
+            energy=best.energy,
             compared=compared,
             missing=missing,
             stages=(*solution.stages, *self.stages),

@@ -25,7 +25,7 @@ from fiveaxis.model import (
 )
 from fiveaxis.posture.options import Options
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.solution import timed_energy
+from fiveaxis.posture.solution import program_energy, timed_energy
 from fiveaxis.posture.strategy.least_time import TIME_PRICE, by_time, from_rest_to_rest
 from fiveaxis.posture.strategy.near import Near
 from fiveaxis.posture.strategy.program_path import Delivered, Instance
@@ -125,7 +125,8 @@ class Programs:
         """Price a program without redundant blocks, as it is delivered."""
         instance, rotary, solved = program.instance, program.rotary, program.solved
         machine, path = instance.problem.machine, instance.path
-        energy = self.energy(self.filling.blocks(path, machine, follow(path, machine, rotary)), machine)
+        motion = follow(path, machine, rotary)
+        energy = program_energy(machine, path, motion, self.filling, self.options.clock)
         if not self.options.is_timed and solved is instance.problem:
             # It was searched: of these prices it is an optimum, as far as it is one.
             solved = self.repriced(instance, rotary, self.costs(instance))
