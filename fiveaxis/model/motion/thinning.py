@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -84,6 +85,42 @@ def thinned(
     return replace(motion.at(kept), time=time, location=None), kept
 
 
+class Given(NamedTuple):
+    """What the blocks of n rows keep to, as the compiled loop takes it.
+
+    Parameters
+    ----------
+    joints, home : `Chain.figures`
+    columns : of the joints in `controlled`; −1 for linear ones that follow the tip
+    controlled : (n, m), what the control moves linearly: the axes or, with TCP, the tip and the rotary axes
+    rotary : (n, r), rad, chain order
+    needed_before : (n,), number of rows up to each one that have to stay
+    speed : (n,), mm/s, along the path in the block to each row
+    clock : (2 n,), s, time of the rows of `wanted`
+    wanted : (2 n, 9), where the tool may be in the middle of the block to each row, and at its end: for its
+        centre a point, mm, and the vector from there to the chord; and the tool axis
+    normal, plane : (n, 3), surface normals, NaN where unknown, and normals of the planes of the tool axis
+    zone : height and offset of the cutter's zone, mm
+    max_turn : rad, of a rotary axis in a block that replaces several
+    tcp : whether the control moves the tip straight
+    """
+
+    joints: Array
+    home: Array
+    columns: IntArray
+    controlled: Array
+    rotary: Array
+    needed_before: IntArray
+    speed: Array
+    clock: Array
+    wanted: Array
+    normal: Array
+    plane: Array
+    zone: Array
+    max_turn: float
+    tcp: bool
+
+
 @dataclass(frozen=True, eq=False)
 class _Course:
     """The given motion, and checks whether spans of it can be single blocks."""
@@ -106,15 +143,7 @@ class _Course:
         """(n, r), rad, chain order."""
         return self.motion.positions[:, self.machine.rotary_columns]
 
-    @cached_property
-    def speed(self) -> Array:
-        """(n,), mm/s, along the path in the block to each row."""
-        lasting = self.motion.time > SHORTEST
-        return np.divide(self.path.lengths, self.motion.time, out=np.zeros(len(self.motion)), where=lasting)
-
-    @cached_property
-    def needed_before(self) -> IntArray:
-        """(n,), number of rows up to each one that have to stay."""
+    def _needed_before(self) -> IntArray:
         motion = self.motion
         stays = np.zeros(len(motion), dtype=bool) if self.needed is None else self.needed.copy()
         stays[:-1] |= (np.diff(motion.kind) != 0) | (np.diff(motion.feed) != 0.0)
@@ -124,12 +153,7 @@ class _Course:
         stays[:-1] |= alone[1:]
         return np.cumsum(stays)
 
-    @cached_property
-    def wanted(self) -> Array:
-        """(2n, 9), where the tool may be in the middle of the block to each row, and at its end.
-
-        For the tool's centre a point, mm, and the vector from there to the chord; and the tool axis.
-        """
+    def _wanted(self) -> Array:
         path, curve, rotary, n = self.path, self.path.curve, self.rotary, len(self.path)
         wanted = np.empty((n, 2, 9))
         middle, end = wanted.swapaxes(0, 1)
@@ -144,13 +168,6 @@ class _Course:
         return wanted.reshape(2 * n, 9)
 
     @cached_property
-    def beside(self) -> tuple[Array, Array]:
-        """Surface normals, (n, 3), NaN where unknown, and normals of the planes of the tool axis, (n, 3)."""
-        planes = np.zeros((len(self.path), 3)) if self.planes is None else self.planes
-        # In the one layout that the loop is compiled for.
-        return np.require(self.path.normal, requirements=["C", "W"]), planes
-
-    @cached_property
     def controlled(self) -> Array:
         """(n, m), what the control moves linearly: the axes or, with TCP, the tip and the rotary axes."""
         if not self.tcp:
@@ -158,46 +175,38 @@ class _Course:
         return np.hstack([tool_poses(self.machine, self.motion.positions)[0], self.rotary])
 
     @cached_property
-    def clocks(self) -> Array:
-        """(2n,), s, time of the rows of `wanted`."""
-        return np.stack([self.clock - self.motion.time / 2.0, self.clock], axis=1).reshape(-1)
-
-    @cached_property
-    def zone(self) -> Array:
-        """Height and offset of the cutter's zone, mm."""
-        return np.array([self.path.zone.height, self.path.zone.offset])
-
-    @cached_property
-    def columns(self) -> IntArray:
-        """Columns of the joints in `controlled`; −1 for linear ones that follow the tip."""
-        machine, joints = self.machine, self.machine.chain.joints
-        if not self.tcp:
-            return np.array([machine.column(joint.letter) for joint in joints])
-        return np.array([3 + machine.rotaries.index(j.letter) if j.is_rotary else -1 for j in joints])
+    def given(self) -> Given:
+        """The motion as the compiled loop takes it."""
+        machine, path, motion = self.machine, self.path, self.motion
+        lasting = motion.time > SHORTEST
+        joints = machine.chain.joints
+        if self.tcp:
+            columns = [3 + machine.rotaries.index(j.letter) if j.is_rotary else -1 for j in joints]
+        else:
+            columns = [machine.column(joint.letter) for joint in joints]
+        return Given(
+            *machine.chain.figures,
+            np.array(columns),
+            self.controlled,
+            self.rotary,
+            self._needed_before(),
+            np.divide(path.lengths, motion.time, out=np.zeros(len(motion)), where=lasting),
+            np.stack([self.clock - motion.time / 2.0, self.clock], axis=1).reshape(-1),
+            self._wanted(),
+            # In the one layout that the loop is compiled for.
+            np.require(path.normal, requirements=["C", "W"]),
+            np.zeros((len(path), 3)) if self.planes is None else self.planes,
+            np.array([path.zone.height, path.zone.offset]),
+            self.max_turn,
+            self.tcp,
+        )
 
     def fits(self, first: IntArray, last: IntArray) -> BoolArray:
         """Check which spans, from row to row, (s,), can be single blocks."""
-        single = last - first == 1
-        ok = self.needed_before[last - 1] == self.needed_before[first]
-        turns = np.abs(self.rotary[last] - self.rotary[first]).max(axis=1, initial=0.0)
-        ok &= (turns <= self.max_turn) & ~single
-        at = np.flatnonzero(ok)
-        ok[at] = near(
-            *self.machine.chain.figures,
-            self.columns,
-            self.controlled,
-            self.tcp,
-            self.speed,
-            self.clocks,
-            self.wanted,
-            *self.beside,
-            self.zone,
-            first[at],
-            last[at],
-        )
-        if self.tcp and len(at := np.flatnonzero(ok)):
+        ok = near(self.given, first, last)
+        if self.tcp and len(at := np.flatnonzero(ok & (last - first > 1))):
             ok[at] = self._drives_no_more(first[at], last[at])
-        return ok | single
+        return ok
 
     def _positions(self, row: IntArray, first: IntArray, last: IntArray) -> Array:
         """Compute the axes at the times of rows within spans, in which a control moves the tip straight."""
@@ -226,35 +235,28 @@ class _Course:
 
 
 @compiled
-def near(
-    joints: Array,
-    home: Array,
-    columns: IntArray,
-    controlled: Array,
-    tcp: bool,
-    speed: Array,
-    clock: Array,
-    wanted: Array,
-    normal: Array,
-    plane: Array,
-    zone: Array,
-    firsts: IntArray,
-    lasts: IntArray,
-) -> BoolArray:
-    """Check which spans keep to the given motion, at the ends and the middles of all their blocks, (s,).
+def near(given: Given, firsts: IntArray, lasts: IntArray) -> BoolArray:
+    """Check which spans, from row to row, may be one block: (s,); those of one block always may.
 
-    Columns, controlled, speed, clock (of clocks), wanted, normal and plane (of beside) and zone are
-    `_Course`'s.
+    They contain no row that has to stay, turn no farther than allowed, and keep to the given motion at the
+    ends and the middles of all their blocks.
     """
+    controlled, clock, speed = given.controlled, given.clock, given.speed
     found, moved = np.empty(len(firsts), dtype=np.bool_), np.empty((1, controlled.shape[1]))
     held, aside = np.empty((2, 1, 3)), np.empty(3)
     for s in range(len(firsts)):
         first, last = firsts[s], lasts[s]
+        if last - first == 1:
+            found[s] = True
+            continue
         count, begin = 2 * (last - first), 2 * first + 1
+        ok = given.needed_before[last - 1] == given.needed_before[first]
+        for r in range(given.rotary.shape[1]):
+            ok = ok and abs(given.rotary[last, r] - given.rotary[first, r]) <= given.max_turn
         slowest, fastest = np.inf, 0.0
-        for row in range(first + 1, last + 1):
+        for row in range(first + 1, last + 1 if ok else 0):
             slowest, fastest = min(slowest, speed[row]), max(fastest, speed[row])
-        ok = fastest - slowest <= SPEED_TOLERANCE * fastest
+        ok = ok and fastest - slowest <= SPEED_TOLERANCE * fastest
         for k in range(count):
             if not ok:
                 break
@@ -263,21 +265,19 @@ def near(
             share = (clock[at] - clock[begin]) / (clock[2 * last + 1] - clock[begin])
             for c in range(controlled.shape[1]):
                 moved[0, c] = controlled[first, c] + share * (controlled[last, c] - controlled[first, c])
-            pose(joints, home, columns, moved, held, 0)
-            if tcp:
+            pose(given.joints, given.home, given.columns, moved, held, 0)
+            if given.tcp:
                 for c in range(3):
                     held[0, 0, c] = moved[0, c]
-            ok = not strays(wanted, normal, plane, at, held, zone, aside)
+            ok = not strays(given, at, held, aside)
         found[s] = ok
     return found
 
 
 @innermost
-def strays(
-    wanted: Array, normal: Array, plane: Array, at: int, held: Array, zone: Array, aside: Array
-) -> bool:
-    """Check whether a tool, held (2, 1, 3), is too far from where a row of `_Course.wanted` has it."""
-    row, dot, square = at // 2, 0.0, 0.0
+def strays(given: Given, at: int, held: Array, aside: Array) -> bool:
+    """Check whether a tool, held (2, 1, 3), is too far from where a row of `Given.wanted` has it."""
+    normal, wanted, zone, row, dot, square = given.normal, given.wanted, given.zone, at // 2, 0.0, 0.0
     for c in range(3):
         dot += normal[row, c] * held[1, 0, c]
         aside[c] = held[0, 0, c] + zone[0] * held[1, 0, c] - wanted[at, c]
@@ -293,7 +293,7 @@ def strays(
         along += aside[c] * wanted[at, 3 + c]
         square += wanted[at, 3 + c] ** 2
         tilt += (held[1, 0, c] - wanted[at, 6 + c]) ** 2
-        out += held[1, 0, c] * plane[row, c]
+        out += held[1, 0, c] * given.plane[row, c]
     share = min(max(along / square, 0.0), 1.0) if square > 0.0 else 0.0
     for c in range(3):
         off += (aside[c] - share * wanted[at, 3 + c]) ** 2
