@@ -161,17 +161,24 @@ def step_price(prices: Prices, i: int, before: int, axes: Array, turned: float) 
     """
     price, moves, late, axis = prices.step[i, 0] * turned, 0, 0.0, prices.axis
     for a in range(len(axes)):
-        travel = axes[a, 0] + axes[a, 1]
+        travel, back = axes[a, 0] + axes[a, 1], min(axes[a, 0], axes[a, 1])
         if travel <= axis[i, LEAST, a]:
             continue
         way = 0 if axes[a, 0] > axes[a, 1] else 1
         standing, bit = axis[i, STANDING + way, a], 1 << (2 * a + way)
         moves |= bit
         price += axis[i, SLOPE, a] * axes[a, 0] + axis[i, SLOPE + 1, a] * axes[a, 1]
-        if standing > 0.0:
-            price += standing * max(min(1.0, travel * axis[i, SLOW, a]), travel * axis[i, REACH, a])
+        if standing > 0.0 or back > axis[i, LEAST, a]:
             if not before & bit:
                 price += axis[i, START + way, a]
+            if back > axis[i, LEAST, a]:
+                # Along a long turn it went both ways: which one more may be rounding.
+                other = 1 << (2 * a + 1 - way)
+                moves |= other
+                standing += (axis[i, STANDING + 1 - way, a] - standing) * back / travel
+                if not before & other:
+                    price += axis[i, START + 1 - way, a]
+            price += standing * max(min(1.0, travel * axis[i, SLOW, a]), travel * axis[i, REACH, a])
         late = max(late, axis[i, PACE, a] * travel - prices.step[i, 1])
     return price + prices.delay * late, moves
 
@@ -530,7 +537,10 @@ def candidates(
                     continue
                 if move >= 0:
                     keep_held(layers.positions, i, j, moves, move, axes)
-            travelled(layers.positions, i, j, axes)
+            if move == ONTO_PATH and max(abs(turn1), abs(turn2)) > COURSE_PART:
+                travelled_along(problem, layers, j, i, turn1, turn2, space)
+            else:
+                travelled(layers.positions, i, j, axes)
             turned = turn1 * turn1 + turn2 * turn2
             cost = before + step_price(prices, i, layers.moved[now, j], axes, turned)[0]
             if over > ROUNDING:

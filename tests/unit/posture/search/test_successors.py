@@ -14,11 +14,21 @@ from support.sampled_surfaces import SHAPES, cone, sampled, turned
 import fiveaxis as fx
 from fiveaxis.base import angle_between
 from fiveaxis.cam import plan_contour
-from fiveaxis.model import BlockCosts, Limits, Toolpath, block_costs, feed_times, standing_speeds, tool_axes
+from fiveaxis.model import (
+    BlockCosts,
+    Limits,
+    Toolpath,
+    block_costs,
+    feed_times,
+    linear_positions,
+    standing_speeds,
+    tool_axes,
+)
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.search import successors
-from fiveaxis.posture.search.successor_kernel import advance
+from fiveaxis.posture.search.records import MOST_COURSE_PARTS
+from fiveaxis.posture.search.successor_kernel import COURSE_PART, advance
 from fiveaxis.posture.search.successors import Resolution, path_anywhere
 from fiveaxis.posture.search.successors import sampled as postures_of
 
@@ -41,18 +51,33 @@ def problem_of(
     return problem, block_costs(machine, path.feed[1:], time=feed_times(path)[1:])
 
 
+def travelled(problem: Problem, path: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """How far axes go up and down in each step, (n − 1, k): on a long turn along its course, part by part."""
+    up, down = np.zeros((2, len(path) - 1, len(problem.machine.axes)))
+    largest = np.abs(np.diff(path, axis=0)).max(axis=1)
+    parts = np.minimum(largest // COURSE_PART + 1, MOST_COURSE_PARTS).astype(int)
+    for i, count in enumerate(parts):
+        share = np.linspace(0.0, 1.0, count + 1)[:, None]
+        rotary, pivot, normal = (
+            (1.0 - share) * each[i] + share * each[i + 1]
+            for each in (path, problem.pivot, np.nan_to_num(problem.normal))
+        )
+        tip = problem.zone.tip(pivot, normal, tool_axes(problem.machine, rotary))
+        moves = np.diff(linear_positions(problem.machine, tip, rotary), axis=0)
+        up[i], down[i] = np.maximum(moves, 0.0).sum(axis=0), np.maximum(-moves, 0.0).sum(axis=0)
+    return up, down
+
+
 def priced(problem: Problem, costs: BlockCosts, path: np.ndarray, start: float = 0.02) -> float:
     """Price a path by the formula of a block, and its starts and reversals."""
-    moves = np.diff(problem.positions(slice(None), path), axis=0)
-    time = problem.least_time[:, None]
-    way = np.where(np.abs(moves) > standing_speeds(problem.machine) * time, np.sign(moves), 0.0)
-    side = np.where(moves > 0.0, 0, 1)
-    standing = np.take_along_axis(costs.standing, side[None], axis=0)[0]
-    slope = np.take_along_axis(costs.slope, side[None], axis=0)[0]
-    share = np.maximum(np.minimum(1.0, np.abs(moves) / costs.slow), np.abs(moves) / costs.measured)
-    begun = (way[1:] != 0.0) & (way[1:] != way[:-1])
-    starts = (start * standing / time)[1:][begun]
-    return float(np.sum(standing * share + slope * np.abs(moves)) + starts.sum())
+    ways = np.stack(travelled(problem, path))
+    travel, time = ways.sum(axis=0), problem.least_time[:, None]
+    moves = ways > standing_speeds(problem.machine) * time
+    standing = np.sum(costs.standing * ways, axis=0) / np.where(travel > 0.0, travel, 1.0)
+    share = np.maximum(np.minimum(1.0, travel / costs.slow), travel / costs.measured)
+    begun = moves[:, 1:] & ~moves[:, :-1]
+    starts = (start * costs.standing / time)[:, 1:][begun]
+    return float(np.sum(standing * share) + np.sum(costs.slope * ways) + starts.sum())
 
 
 @settings(max_examples=12)
