@@ -184,8 +184,8 @@ def gap_bounds(
     """Bound the gap between two bodies, (m, 4) mm each, from below and above, mm, to `EXACT` of each other.
 
     It ends early once the gap is known to be at most `near` or more than `far`, mm. The pose, (4, 4) mm, is
-    of b's frame in a's; the simplex, (8, 3), is work space. In its last row is a direction to begin with, or 0,
-    and afterwards the one that parts the bodies farthest: it often parts those beside them, too.
+    of b's frame in a's; the simplex, (8, 3), is work space. In its last row is a direction to begin with, or
+    0, and afterwards the one that parts the bodies farthest: it often parts those beside them, too.
     """
     d = vector(simplex, 7)
     v = difference(a, b, pose, d)
