@@ -1,12 +1,12 @@
 from .baselines.branches import follow_axes as follow_axes
 from .baselines.branches import postures as postures
 from .bound.lower_bound import bound_travel as bound_travel
+from .bound.lower_bound import with_bound as with_bound
 from .mask import Mask as Mask
 from .mask import MaskFunction as MaskFunction
 from .mask import Spots as Spots
 from .mask import Wording as Wording
 from .optimiser import optimise_postures as optimise_postures
-from .optimiser import with_bound as with_bound
 from .options import Options as Options
 from .search.successor_kernel import advance as advance
 from .solution import AS_PROGRAMMED as AS_PROGRAMMED

@@ -5,29 +5,16 @@ from __future__ import annotations
 import logging
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TypeVar
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fiveaxis.base import (
-    STAGES,
-    Array,
-    Finding,
-    Infeasible,
-    MachineError,
-    Objective,
-    Progress,
-    Severity,
-    ToolpathError,
-    unheard,
-)
+from fiveaxis.base import STAGES, Array, Infeasible, ToolpathError
 from fiveaxis.model import (
     WRITTEN_TOLERANCE,
     BlockCosts,
     Constraints,
     Filling,
-    Interpolation,
     Machine,
     TiltBounds,
     Toolpath,
@@ -40,7 +27,7 @@ from fiveaxis.model import (
 )
 from fiveaxis.posture.baselines.catalogue import find_baselines
 from fiveaxis.posture.baselines.clear import moved_clear
-from fiveaxis.posture.bound.lower_bound import bound_energy, bound_travel
+from fiveaxis.posture.bound.lower_bound import with_bound
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.options import DEFAULTS, Options
 from fiveaxis.posture.problem import ALLOWED, Problem
@@ -66,11 +53,8 @@ LONG, SPARSE = 5000, 0.5
 APART, TILTED, MOVES = WRITTEN_TOLERANCE, 2e-4, 64
 # rad: how far a held end may lean from its axis, so that there is room for a solver.
 HELD = np.radians(0.02)
-# rad: rounding of a turn.
-SAME_TURN = 1e-6
 
 logger = logging.getLogger(__name__)
-Found = TypeVar("Found", bound=Optimum)
 
 
 def optimise_postures(
@@ -395,33 +379,3 @@ class Attempts:
             bend_price=options.smoothing,
         )
         return built, bounds
-
-
-def with_bound(
-    found: Found, constraints: Constraints, objective: Objective, progress: Progress = unheard
-) -> Found:
-    """Add a certified lower bound of a solution's energy, or of its travel metric if that is the objective.
-
-    It holds for every posture that keeps the constraints on lean and turns, and the axis limits; collisions,
-    mask and singular cone only raise the cost. A machine whose drives allow no bound gets a finding.
-    """
-    by_tip = found.filling.interpolation is Interpolation.TCP
-    bound = bound_travel if objective == "travel" else partial(bound_energy, by_tip=by_tip)
-    path, turns = found.toolpath, _largest_turns(found, constraints)
-    try:
-        return replace(found, bound=bound(path, found.machine, found.tilt, turns, progress=progress))
-    except MachineError as error:
-        finding = Finding(Severity.NOTE, "no-bound", f"has no lower bound: {error}", path.place(0))
-        return replace(found, toolpath=replace(path, findings=(*path.findings, finding)))
-
-
-def _largest_turns(found: Optimum, constraints: Constraints) -> Array | None:
-    """Largest turn in each move of a solution, rad; on links, and where an axis rewinds, there is none."""
-    if found.unwrapped is not None:
-        return None
-    path, location = found.toolpath, found.motion.location
-    turns = turn_bounds(path, constraints, location)
-    own = np.abs(found.motion.moves[1:, found.machine.rotary_columns]).max(axis=1, initial=0.0)
-    if constraints.max_turn is None and (path.cutting[1:] & (own > turns + SAME_TURN)).any():
-        turns = turn_bounds(path, constraints, location, found.machine)
-    return np.where(path.cutting[1:], turns, np.inf)

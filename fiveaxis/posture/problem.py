@@ -26,11 +26,11 @@ from fiveaxis.model import (
 from fiveaxis.posture.location_model import LocationModel
 from fiveaxis.posture.terms import OTHERS, Term, durations, terms_of
 
-# Where rotary steps are bounded, no step of a thinned path is larger than this (or than the bound itself):
-# a longer turn would skip postures that the path has to pass through and that weren't checked.
+# Where rotary steps are bounded, no step of a thinned path is larger than this (or than the bound itself): it
+# would skip postures that the path has to pass through and that weren't checked.
 LONGEST_HOP = np.radians(60.0)
-# Price of a change of speed beyond an axis's acceleration, J per rad/s of a rotary one: more than is saved by
-# turning faster. A linear one has that of a turn 100 mm from its centre, J per mm/s.
+# Price of a change of speed beyond an axis's acceleration: J per rad/s, more than is saved by turning faster,
+# and J per mm/s, that of a turn 100 mm from its centre.
 ROTARY_EXCESS_PRICE, LINEAR_EXCESS_PRICE = 100.0, 1.0
 # An axis value past its limit, or a cosine past its bound, by less than this is rounding (mm, rad, 1).
 ALLOWED = 1e-9
@@ -188,8 +188,7 @@ class Problem(StepTable):
     def placed(self, rows: Rows, rotary: Array) -> tuple[Array, Array]:
         """Solve axis values and how far each tool axis is out of bounds, of m locations at (m, ..., 2) rad.
 
-        Axis values, (m, ..., k) mm and rad, are NaN where none give a posture; the excess, (m, ...), is a
-        cosine past its bound, 0 where admitted or unbounded.
+        Axis values, (m, ..., k), are NaN where none exist; the excess, (m, ...), is a cosine past a bound.
         """
         return self.model.placed(np.arange(len(self))[rows], rotary)
 

@@ -179,8 +179,7 @@ class Optimum(ShownAsTable, HasColumns):
     def kkt(self) -> Optimality | None:
         """How far the path `before_rewinds` is from a local optimum; None without, or of a very long one.
 
-        A mask isn't part of the problem: where it keeps the path from the optimum, the residual shows by how
-        much. Computed on first use.
+        A mask isn't part of the problem: where it keeps the path from the optimum, the residual shows it.
         """
         solved = self.before_rewinds
         if solved is None or len(solved.problem) > MOST_MEASURED:
@@ -251,12 +250,9 @@ class Optimum(ShownAsTable, HasColumns):
         axis = tool_poses(self.machine, motion.positions)[1]
         lead, lean = lead_lean(path, axis)
         angles = {"tilt": angle_between(path.normal, axis), "lead": lead, "lean": lean}
-        powers = move_powers(self.machine, motion)
-        return {
-            **motion.columns(),
-            **{f"{name}_deg": np.degrees(angle) for name, angle in angles.items()},
-            **{f"{letter}_W": power for letter, power in zip(motion.letters, powers.T, strict=True)},
-        }
+        found = motion.columns() | {f"{name}_deg": np.degrees(angle) for name, angle in angles.items()}
+        powers = zip(motion.letters, move_powers(self.machine, motion).T, strict=True)
+        return found | {f"{letter}_W": power for letter, power in powers}
 
     def plot(self, axes: Sequence[Any]) -> None:
         """Draw the axes along the path, over its length, mm: their values, mm and deg, and mean powers, W.
@@ -286,10 +282,7 @@ class Optimum(ShownAsTable, HasColumns):
         }
 
     def cheapest(self, measure: str = "total") -> str | None:
-        """Return the name of the cheapest baseline by an attribute of `Energy`; None without one.
-
-        One that breaks bounds stands in the table, and is no measure of what postures within them save.
-        """
+        """Name the cheapest baseline by an attribute of `Energy`, of those within bounds if there are any."""
         fair = [name for name, one in self.compared.items() if one.admitted] or list(self.compared)
         return min(fair, key=lambda name: getattr(self.baselines[name], measure), default=None)
 
@@ -327,15 +320,13 @@ class Optimum(ShownAsTable, HasColumns):
         Drives are anywhere within the bands of estimated ones; above, they take their whole constant power
         below the slowest measured speed, too (`Energy.most`).
         """
-        energy = self.energy
-        drawn = self._drawn(energy, with_base)
+        energy, drawn = self.energy, self._drawn(self.energy, with_base)
         above = 0.0 if energy.most is None else energy.most - energy.total
         return float(drawn.min()), float(drawn.max()) + max(above, 0.0)
 
     def _drawn(self, energy: Energy, with_base: bool) -> Array:
         """Compute an energy on machines drawn from the bands of estimated drives, (d,) J."""
-        draws = energy_draws(self.machine)
-        joules = energy.joules
+        draws, joules = energy_draws(self.machine), energy.joules
         spent = joules.sum(keepdims=True) if draws is None else product(draws, joules)
         return np.asarray(spent + ((with_base and energy.base) or 0.0))
 
@@ -352,19 +343,18 @@ class Optimum(ShownAsTable, HasColumns):
         """Return what limits the speed in each row of the motion, or of a baseline's, and for how long."""
         return self._run(name)[1]
 
-    def _run(self, name: str) -> tuple[Motion, Limiting]:
-        if name not in self._runs:
-            self._runs[name] = self._in_time(None if name == RESULT else self.compared[name])
-        return self._runs[name]
-
     @cached_property
     def _runs(self) -> dict[str, tuple[Motion, Limiting]]:
         """Motions in the control's time, and what limits them, by name: those that were asked for."""
         return {}
 
-    def _in_time(self, given: Baseline | None) -> tuple[Motion, Limiting]:
-        motion = self.motion if given is None else given.motion
-        path = self.toolpath if given is None else given.toolpath or self.toolpath
+    def _run(self, name: str) -> tuple[Motion, Limiting]:
+        if name not in self._runs:
+            given = self if name == RESULT else self.compared[name]
+            self._runs[name] = self._in_time(given.motion, given.toolpath or self.toolpath)
+        return self._runs[name]
+
+    def _in_time(self, motion: Motion, path: Toolpath) -> tuple[Motion, Limiting]:
         if self.clock.is_programmed(self.machine) or len(motion) == 1:
             return motion, self.clock(motion, self.machine).limiting
         fill = self.filling.thin(self.filling.fill(path, self.machine, motion))
@@ -386,15 +376,11 @@ class Optimum(ShownAsTable, HasColumns):
         tip, axis = tool_poses(self.machine, self.motion.positions)
         path = self.toolpath
         reached = path.zone.pivot_of_tip(tip, path.normal, axis)
-        leans = [(bound, bound.angles(axis)) for bound in self.tilt.all]
+        leans = ((bound, bound.angles(axis)) for bound in self.tilt.all)
         overrun = np.concatenate([np.maximum(lean - b.high, b.low - lean) for b, lean in leans])
         return {
-            "tilt": _worst(overrun),
-            "limit": _worst(self.machine.limit_excess(self.motion.positions)),
+            # Unbounded rows are NaN.
+            "tilt": float(np.nanmax(overrun, initial=0.0)),
+            "limit": float(np.nanmax(self.machine.limit_excess(self.motion.positions), initial=0.0)),
             "contact": float(np.linalg.norm(reached - path.pivot, axis=1).max()),
         }
-
-
-def _worst(overrun: Array) -> float:
-    """Return the largest overrun, 0 if there is none; unbounded rows are NaN."""
-    return max(0.0, float(np.max(overrun, initial=0.0, where=~np.isnan(overrun))))

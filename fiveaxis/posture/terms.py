@@ -139,76 +139,48 @@ class LocationTapes:
 
     Parameters
     ----------
-    rotary, given : (2,) rad and (6,), symbols: the angles, then pivot in mm and normal
+    location : (8,), symbols: both rotary angles in rad, pivot in mm and normal
     quantities : (k + 3,), expressions of them
+    slopes, bows : (k + 3,) each, their derivatives by the first and the second angle, and 11, 12 and 22
     """
 
-    rotary: ca.SX
-    given: ca.SX
+    location: ca.SX
     quantities: ca.SX
+    slopes: tuple[ca.SX, ...]
+    bows: tuple[ca.SX, ...]
 
     @cached_property
     def values(self) -> Tape:
         """(rotary (2), pivot (3), normal (3)) → (k + 3)."""
-        with WRITING:
-            return self._tape(self.quantities)
+        return self._tape(self.quantities)
 
     @cached_property
     def gradients(self) -> Tape:
         """The same → values, then their derivatives by the first and by the second angle, (k + 3) each."""
-        with WRITING:
-            return self._tape(self.quantities, *self._gradients())
+        return self._tape(self.quantities, *self.slopes)
 
     @cached_property
     def second_derivatives(self) -> Tape:
         """The same → values, derivatives 1 and 2, second derivatives 11, 12 and 22, (k + 3) each."""
-        with WRITING:
-            gradients = self._gradients()
-            return self._tape(self.quantities, *gradients, *self._second(gradients))
+        return self._tape(self.quantities, *self.slopes, *self.bows)
 
     @cached_property
     def derivatives(self) -> Tape:
         """(The same, weights (k + 3)) → values; each one's derivatives 1 and 2; weighted sum's 11, 12, 22."""
         with WRITING:
-            weights, gradients = ca.SX.sym("weights", self.quantities.numel()), self._gradients()
-            bent = [ca.dot(weights, second) for second in self._second(gradients)]
-            argument = ca.vertcat(self.rotary, self.given, weights)
-            pairs = ca.vec(ca.horzcat(*gradients).T)
-            return Tape.of(argument, ca.vertcat(self.quantities, pairs, *bent))
+            weights = ca.SX.sym("weights", self.quantities.numel())
+            pairs, bent = ca.vec(ca.horzcat(*self.slopes).T), [ca.dot(weights, bow) for bow in self.bows]
+            return Tape.of(ca.vertcat(self.location, weights), ca.vertcat(self.quantities, pairs, *bent))
 
     @cached_property
     def function(self) -> ca.Function:
         """As `values`, for CasADi's own solvers."""
         with WRITING:
-            return ca.Function(
-                "location", [ca.vertcat(self.rotary, self.given)], [ca.densify(self.quantities)]
-            )
-
-    def _gradients(self) -> list[ca.SX]:
-        return [ca.jtimes(self.quantities, self.rotary, ahead) for ahead in AHEAD]
-
-    def _second(self, gradients: list[ca.SX]) -> list[ca.SX]:
-        return [ca.jtimes(gradients[i], self.rotary, AHEAD[j]) for i, j in ((0, 0), (0, 1), (1, 1))]
+            return ca.Function("location", [self.location], [ca.densify(self.quantities)])
 
     def _tape(self, *values: ca.SX) -> Tape:
-        return Tape.of(ca.vertcat(self.rotary, self.given), ca.vertcat(*values))
-
-
-# Directions of the two angles.
-AHEAD = ca.DM([1, 0]), ca.DM([0, 1])
-
-
-def location_tapes(machine: Machine, zone: Zone) -> LocationTapes:
-    """Write a machine's location, once for all machines whose chains have the same lines."""
-    chain = machine.chain
-    joints = tuple((j.letter, *j.line.direction, *j.line.point) for j in chain.joints)
-    key = (joints, chain.tool_home.tobytes(), machine.letters, zone.height, zone.offset)
-    with WRITING:
-        if key not in _written:
-            if len(_written) >= MOST_WRITTEN:
-                _written.pop(next(iter(_written)))
-            _written[key] = _write(machine, zone)
-        return _written[key]
+        with WRITING:
+            return Tape.of(self.location, ca.vertcat(*values))
 
 
 # A search for a setup goes through many machines.
@@ -216,14 +188,26 @@ MOST_WRITTEN = 32
 _written: dict[tuple[Any, ...], LocationTapes] = {}
 
 
-def _write(machine: Machine, zone: Zone) -> LocationTapes:
-    rotary, pivot, normal = (ca.SX.sym(name, size) for name, size in (("rotary", 2), ("p", 3), ("n", 3)))
-    linear = linear_axes_of_posture(machine, pivot, rotary, zone, normal)
-    values = dict(zip(machine.linear_columns, ca.vertsplit(linear), strict=True))
-    values |= dict(zip(machine.rotary_columns, ca.vertsplit(rotary), strict=True))
-    axis = tool_axis_of_posture(machine, rotary)
-    quantities = ca.vertcat(*(values[column] for column in range(len(machine.axes))), axis)
-    return LocationTapes(rotary, ca.vertcat(pivot, normal), quantities)
+def location_tapes(machine: Machine, zone: Zone) -> LocationTapes:
+    """Write a machine's location, once for all machines whose chains have the same lines."""
+    chain, axes = machine.chain, range(len(machine.axes))
+    joints = tuple((j.letter, *j.line.direction, *j.line.point) for j in chain.joints)
+    key = (joints, chain.tool_home.tobytes(), machine.letters, zone.height, zone.offset)
+    with WRITING:
+        if key in _written:
+            return _written[key]
+        if len(_written) >= MOST_WRITTEN:
+            _written.pop(next(iter(_written)))
+        rotary, pivot, normal = (ca.SX.sym(name, size) for name, size in (("rotary", 2), ("p", 3), ("n", 3)))
+        linear = linear_axes_of_posture(machine, pivot, rotary, zone, normal)
+        values = dict(zip(machine.linear_columns, ca.vertsplit(linear), strict=True))
+        values |= dict(zip(machine.rotary_columns, ca.vertsplit(rotary), strict=True))
+        quantities = ca.vertcat(*(values[column] for column in axes), tool_axis_of_posture(machine, rotary))
+        ahead = ca.DM([1, 0]), ca.DM([0, 1])
+        slopes = tuple(ca.jtimes(quantities, rotary, way) for way in ahead)
+        bows = tuple(ca.jtimes(slopes[i], rotary, ahead[j]) for i, j in ((0, 0), (0, 1), (1, 1)))
+        _written[key] = LocationTapes(ca.vertcat(rotary, pivot, normal), quantities, slopes, bows)
+        return _written[key]
 
 
 def _axis_values(window: Sequence[Quantities], _: Sequence[Scalar]) -> Sequence[Scalar]:

@@ -14,8 +14,7 @@ import time
 from paths import PATHS
 
 from fiveaxis.model import Constraints, Energy
-from fiveaxis.posture import Options, optimise_postures
-from fiveaxis.posture.optimiser import with_bound
+from fiveaxis.posture import Options, optimise_postures, with_bound
 from fiveaxis.posture.strategy.effort import EFFORTS
 
 

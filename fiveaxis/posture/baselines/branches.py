@@ -55,10 +55,7 @@ class Postures:
 
 
 def postures(machine: Machine, toolpath: Toolpath, axis: Array) -> Postures:
-    """Solve both branches for tool axes, (..., n, 3) unit vectors, and check the limits.
-
-    NaN rows give no posture. The result has the dimensions of `axis` after that of the branches.
-    """
+    """Solve both branches for tool axes, (..., n, 3) unit vectors, NaN for none, and check the limits."""
     rotary = hold_singular(rotary_angles(machine, axis), axis, machine)
     rotary = into_limits(machine, rotary)
     positions = linear_positions(machine, toolpath.tips(axis)[None], rotary)
@@ -102,10 +99,7 @@ def cheapest_sequence(machine: Machine, found: Postures, costs: tuple[Array, Arr
 
 
 def spread_over_links(toolpath: Toolpath, rows: IntArray, rotary: Array) -> Array:
-    """Interpolate angles, (n, 2) rad, between known ones, of rows (m,), over the length of the path.
-
-    Before the first and after the last known location the angles are held.
-    """
+    """Interpolate angles, (n, 2) rad, over the path's length from those of rows, (m,); held beyond them."""
     length = np.cumsum(toolpath.lengths)
     spread = np.stack([np.interp(length, length[rows], rotary[:, k]) for k in range(2)], axis=1)
     # Where the pivot stands still, as in an inside corner, several locations are at the same length.
@@ -216,10 +210,7 @@ def cheapest_branches(
 
 
 def nearest_to_reference(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> tuple[Array, BoolArray]:
-    """Find for each location the smallest upward lean that the machine reaches.
-
-    Return unit vectors, (n, 3), NaN where the location is unbounded, and where no lean is reached, (n,).
-    """
+    """Find the least upward lean that is reached, (n, 3), NaN at free locations, and where none is, (n,)."""
     # At right angles to the reference, where it rises most steeply.
     up = machine.chain.tool_home[:3, 2]
     across = up - tilt.reference * product(tilt.reference, up)[:, None]
@@ -243,10 +234,7 @@ def nearest_to_reference(toolpath: Toolpath, machine: Machine, tilt: TiltBounds)
 
 
 def nearest_held(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> tuple[Array, BoolArray]:
-    """Find for each location the posture nearest to the reference on a machine with held axes.
-
-    Return angles, (n, 2) rad, interpolated on links, and where there is no admissible posture, (n,).
-    """
+    """Find the postures nearest to the reference for held axes, (n, 2) rad, and where there is none, (n,)."""
     angles = free_angles(machine)
     axis = tool_axes(machine, angles)
     rows = np.flatnonzero(np.isfinite(tilt.reference).all(axis=1)).astype(np.int64)

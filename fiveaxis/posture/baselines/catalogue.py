@@ -41,12 +41,7 @@ from fiveaxis.model import (
     travel_costs,
     within_limits,
 )
-from fiveaxis.posture.baselines.branches import (
-    follow_axes,
-    follow_each,
-    nearest_held,
-    nearest_to_reference,
-)
+from fiveaxis.posture.baselines.branches import follow_axes, follow_each, nearest_held, nearest_to_reference
 from fiveaxis.posture.location_model import LocationModel, Locations, place
 from fiveaxis.posture.solution import AS_PROGRAMMED, Baseline
 from fiveaxis.posture.strategy.turn_bounds import free_angles, is_holding
@@ -75,15 +70,12 @@ INSETS = np.radians([2.0, 0.5, 0.1, 0.02])
 def find_baselines(
     toolpath: Toolpath, machine: Machine, tilt: TiltBounds, checkpoint: Checkpoint = UNKEPT
 ) -> tuple[dict[str, Baseline], dict[str, str]]:
-    """Find every baseline of a path; a checkpoint takes their postures.
+    """Find every baseline of a path by name, and of those that don't exist the reason.
 
-    Returns
-    -------
-    found : by name: ``as-programmed`` (the input's own tool axes, or a program's own angles), ``normal``
-        (along the reference direction, tilted up as far as the range requires), ``lead-lean`` (the cheapest
-        constant lead and lean), ``fixed`` (the cheapest single posture, 3+2), ``greedy`` (at each location
-        the cheapest move from the one before)
-    missing : by name, the reason
+    They are ``as-programmed`` (the input's own tool axes, or a program's own angles), ``normal`` (along the
+    reference direction, tilted up as far as the range requires), ``lead-lean`` (the cheapest constant lead
+    and lean), ``fixed`` (the cheapest single posture, 3+2) and ``greedy`` (at each location the cheapest move
+    from the one before). A checkpoint takes their postures.
     """
     makers: dict[str, Callable[..., Array]] = {
         AS_PROGRAMMED: as_programmed,
@@ -110,25 +102,17 @@ def find_baselines(
 def as_programmed(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Array:
     """Follow the tool axes of the input; (n, 2) rad.
 
-    A program with the angles of a machine like this one keeps them, including whole turns. Otherwise the
-    cheapest branches are taken.
+    A program's own angles are kept, with whole turns, if they fit this machine; else the cheapest branches.
     """
     if not toolpath.has_axes:
         raise NoBaseline("the input has no tool axes")
     own = toolpath.rotary
-    if own is not None and _reproduces(machine, own, toolpath):
-        return own
+    if own is not None and own.shape[1] == len(machine.rotary_columns) and np.isfinite(own).all():
+        off = np.linalg.norm(tool_axes(machine, own) - toolpath.axis, axis=1)
+        kept = within_limits(machine, follow(toolpath, machine, own).positions)
+        if (off <= SAME_AXIS).all() and kept.all():
+            return own
     return follow_axes(toolpath, machine, toolpath.axis)
-
-
-def _reproduces(machine: Machine, rotary: Array, toolpath: Toolpath) -> bool:
-    """Check whether rotary angles, (n, r) rad, give a path's tool axes on this machine, within its limits."""
-    if rotary.shape[1] != len(machine.rotary_columns) or not np.isfinite(rotary).all():
-        return False
-    axis = tool_axes(machine, rotary)
-    if not (np.linalg.norm(axis - toolpath.axis, axis=1) <= SAME_AXIS).all():
-        return False
-    return bool(within_limits(machine, linear_positions(machine, toolpath.tips(axis), rotary)).all())
 
 
 def along_normal(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Array:
@@ -148,10 +132,7 @@ def along_normal(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Arra
 
 
 def lead_lean(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Array:
-    """Hold one lead and one lean angle along the path, the cheapest pair of a grid; (n, 2) rad.
-
-    Lead turns the tool from the normal towards the feed direction, lean sideways about it.
-    """
+    """Hold the cheapest pair of a grid of lead (towards the feed) and lean (sideways) angles; (n, 2) rad."""
     forward = feed_directions(toolpath, tilt.reference)
     bound = np.isfinite(tilt.reference).all(axis=1)
     cuts = np.flatnonzero(bound)
@@ -274,8 +255,7 @@ def _fixed_costs(toolpath: Toolpath, machine: Machine, grid: Array) -> Array:
 def greedy(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, anchor: Array | None = None) -> Array:
     """Take at each location the cheapest move from the one before, without looking ahead; (n, 2) rad.
 
-    It starts from the path of `along_normal`, the `anchor`, (n, 2) rad, if that is known already, and falls
-    back to it where no small move is admissible.
+    It starts from the path of `along_normal`, or `anchor`, (n, 2) rad, and falls back to it where it has to.
     """
     anchor = along_normal(toolpath, machine, tilt) if anchor is None else anchor
     normal = np.nan_to_num(toolpath.normal)

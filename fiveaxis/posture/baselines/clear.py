@@ -71,10 +71,7 @@ class _Clear:
     mask: Mask
 
     def moved(self, rotary: Array) -> Array:
-        """Move a path, (n, 2) rad, where the mask refuses it.
-
-        `NoBaseline` if no clear posture is near enough, or it can be reached only by turning too far.
-        """
+        """Move a path, (n, 2) rad, where the mask refuses it; `NoBaseline` if no clear one is near enough."""
         rows = np.flatnonzero(~self.mask.admits(np.arange(len(rotary)), rotary))
         if not len(rows):
             return rotary
@@ -119,8 +116,7 @@ class _Clear:
     def _distances(self, rows: IntArray, rotary: Array) -> tuple[Array, Array]:
         """Query rings around refused postures, (r, 2) rad, from the innermost outwards.
 
-        Return how far the last refused and the nearest clear posture in a direction are, (r, d) rad each,
-        infinite for none.
+        Return how far the last refused and the nearest clear posture are, (r, d) rad each; infinite for none.
         """
         inner, outer = np.zeros((len(rows), len(ANGLES))), np.full((len(rows), len(ANGLES)), np.inf)
         left = np.full(len(rows), len(RINGS))
@@ -140,8 +136,7 @@ class _Clear:
     def _directions(self, rows: IntArray, every: Array, rotary: Array) -> IntArray:
         """Choose a direction for each refused location, (r,), by dynamic programming along runs of them.
 
-        The objective is the distance from the baseline plus its change from one location to the next; turning
-        beyond the bound of a move is a last resort.
+        Offsets are small, and change little from one location to the next; turning too far is a last resort.
         """
         taken = np.empty(len(rows), dtype=np.int64)
         away = np.where(np.isfinite(every), every, 0.0)[..., None] * _direction(ANGLES)

@@ -40,10 +40,7 @@ ROUNDING = 1e-7
 
 
 class Side(NamedTuple):
-    """The cells of one rotary axis, each a step wide, the first from `low` on; rad.
-
-    It wraps if the last cell ends where the first begins, for an axis of more than a turn.
-    """
+    """The cells of one rotary axis, a step wide from `low` on, rad; they wrap for more than a turn."""
 
     low: float
     step: float
@@ -95,12 +92,10 @@ def _cut(machine: Machine, zone: Zone, sides: tuple[Side, Side], rows: IntArray)
         ranged[letter] = Enclosure.cosine_and_sine(box, i, 2)
     middle, count = cosines_of(angles, np), grid[0].size
     axis = np.stack(np.broadcast_arrays(*tool_axis(machine.chain, middle)), axis=-1)
-    exact = _affine(machine, zone, middle)
-    values = np.array([[np.broadcast_to(v, count) for v in row] for row in exact])
+    values = np.array([[np.broadcast_to(v, count) for v in row] for row in _affine(machine, zone, middle)])
     # Where the linear directions may lie in one plane, enclosures are infinite and their products NaN.
     with np.errstate(invalid="ignore", over="ignore"):
-        enclosed = _affine(machine, zone, ranged)
-        slopes = np.array([[_slopes(v, count) for v in row] for row in enclosed])
+        slopes = np.array([[_slopes(v, count) for v in row] for row in _affine(machine, zone, ranged)])
     arrays = values[:, :3].transpose(2, 0, 1), values[:, 3].T, *slopes.transpose(2, 4, 0, 3, 1)
     return axis, _swing(machine, axis, sides), *(np.ascontiguousarray(array) for array in arrays)
 
@@ -126,8 +121,8 @@ def _affine(machine: Machine, zone: Zone, cosines: Cosines) -> list[list[Any]]:
     away = add(tool_tip(chain, cosines, {}), scale(float(zone.height), tool_axis(chain, cosines)))
     rows = []
     for column in machine.linear_columns:
-        row = [component / volume for component in across[machine.letters[column]]]
-        rows.append([*row, -dot((row[0], row[1], row[2]), away)])
+        x, y, z = (component / volume for component in across[machine.letters[column]])
+        rows.append([x, y, z, -dot((x, y, z), away)])
     return rows
 
 
@@ -142,8 +137,8 @@ def _slopes(entry: Enclosure | float, count: int) -> Array:
 def _swing(machine: Machine, axis: Array, sides: tuple[Side, Side]) -> Array:
     """Bound the angle of the tool axis from its direction in the middle of a cell, (c,) rad.
 
-    A turn about a direction moves the tool axis by the turn times the sine of the angle between both. The
-    turn of the second rotary axis may increase that angle for the first.
+    A turn moves it by the turn times the sine of its angle to the rotary axis; the second axis changes that
+    angle for the first.
     """
     first, second = (np.array(j.line.direction) for j in machine.chain.joints if j.is_rotary)
     half = [0.5 * side.step for side in sides]
@@ -164,8 +159,7 @@ class Window(NamedTuple):
     ----------
     least, most : (b, c), cosines in the middle of cells for which postures in them may keep each bound
     low, high : (3,), mm, limits of the linear axes
-    half : (2,), rad, half the width of a cell
-    offset : mm, of the pivot beside the tool axis
+    half, offset : (2,), rad, half the width of a cell; mm, of the pivot beside the tool axis
     """
 
     least: Array
@@ -192,11 +186,8 @@ class Window(NamedTuple):
 def enclose(cells: AngleCells, window: Window, toolpath: Toolpath, tilt: TiltBounds) -> list[Enclosed]:
     """Enclose the admissible postures of some locations, of each in its own cells."""
     references = np.stack([b.reference for b in tilt.all], axis=1)
-    normals = np.nan_to_num(toolpath.normal)
-    return [
-        _enclose(cells, window, pivot, normal, reference)
-        for pivot, normal, reference in zip(toolpath.pivot, normals, references, strict=True)
-    ]
+    rows = zip(toolpath.pivot, np.nan_to_num(toolpath.normal), references, strict=True)
+    return [_enclose(cells, window, *row) for row in rows]
 
 
 @compiled

@@ -1,8 +1,7 @@
 """How finely a path is bounded, so that a fixed amount of work gives a high bound.
 
-A finer lattice, closer enclosures of the postures and more visits raise the bound, but by how much differs
-from path to path. Each is tried on coarse levels first; then the work that is left goes into the level that
-promises most.
+A finer lattice, closer enclosures of the postures and more visits raise the bound, each by more or less. They
+are tried on coarse levels first; then the work that is left goes into the level that promises most.
 """
 
 from __future__ import annotations
@@ -69,8 +68,7 @@ ONE_FINER = Steps(finer=1.0)
 class Level:
     """How finely a path is bounded.
 
-    A lattice's rotary angles have a step, rad, that is divided into cells in which postures are enclosed; the
-    stride is that of the visits.
+    The lattice's rotary angles have steps, rad, each divided into cells of postures; visits have a stride.
     """
 
     step: float
@@ -97,11 +95,9 @@ class Climb:
 
     Parameters
     ----------
-    bound : the bound of a level
-    most : work in all
+    bound, most : computes the bound of a level; work in all
     known : the bound of each level
-    rates : growth of the bound per growth of the work by each kind, in logarithms
-    costs : growth of the work
+    rates, costs : growth of the bound per growth of the work by each kind, in logarithms; of the work
     """
 
     bound: Callable[[Level], Crossed]
@@ -114,11 +110,9 @@ class Climb:
         """Climb from a first level, and find the highest bound."""
         self.known[first], here = self.bound(first), first
         # Where boxes are wider than the path, nothing has to be travelled from one to another.
-        while self.known[here].total == 0.0 and self._is_possible(
-            here, ONE_FINER, TRIED * self.most - self._spent
-        ):
-            there = here.after(ONE_FINER)
-            self.known[there], here = self.bound(there), there
+        while self.known[here].total == 0.0 and self._is_possible(here, ONE_FINER):
+            here = here.after(ONE_FINER)
+            self.known[here] = self.bound(here)
         if 0.0 < self.known[here].total < np.inf:
             self._try(here)
             while self._leap():
@@ -133,8 +127,7 @@ class Climb:
     def _try(self, here: Level) -> None:
         """Take single steps of the kind that gives most, and learn what they give."""
         while True:
-            left = TRIED * self.most - self._spent
-            kinds = [kind for kind in COSTS if self._is_possible(here, Steps(**{kind: 1}), left)]
+            kinds = [kind for kind in COSTS if self._is_possible(here, Steps(**{kind: 1}))]
             kind = max(kinds, key=self.rates.__getitem__, default=None)
             if kind is None or self.rates[kind] < WORTHWHILE:
                 return
@@ -202,8 +195,8 @@ class Climb:
         half = 0.5 * (math.log(self.costs["finer"]) + 0.5 * DEARER)
         return float((np.sqrt(half**2 + 0.5 * DEARER * work) - half) / (0.5 * DEARER)) if work > 0.0 else -1.0
 
-    def _is_possible(self, level: Level, steps: Steps, left: float) -> bool:
-        """Check that steps lead to another level, with the work that is left."""
-        there = level.after(steps)
+    def _is_possible(self, level: Level, steps: Steps) -> bool:
+        """Check that steps lead to another level, with the work that is left for trying."""
+        there, left = level.after(steps), TRIED * self.most - self._spent
         work = self.known[level].work * np.prod([self.costs[k] ** n for k, n in steps._asdict().items()])
         return there != level and (there in self.known or work <= left)

@@ -11,15 +11,29 @@ import itertools
 from collections import deque
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from dataclasses import asdict, dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fiveaxis.base import STAGES, Array, IntArray, Progress, product, unheard
+from fiveaxis.base import (
+    STAGES,
+    Array,
+    Finding,
+    IntArray,
+    MachineError,
+    Objective,
+    Progress,
+    Severity,
+    product,
+    unheard,
+)
 from fiveaxis.model import (
     LEAST_OF_PIVOT,
+    Constraints,
+    Interpolation,
     Machine,
     TiltBounds,
     Toolpath,
@@ -31,6 +45,12 @@ from fiveaxis.posture.bound.cells import HUGE, AngleCells, Window, cut_cells, en
 from fiveaxis.posture.bound.climb import FIRST_CELLS, FIRST_STEP, Climb, Crossed, Level
 from fiveaxis.posture.bound.corners import FAR, Corners, Lattice
 from fiveaxis.posture.bound.sweep import ACROSS, Neighbours, Prices, find_sources, grouped, reach
+from fiveaxis.posture.strategy.turn_bounds import turn_bounds
+
+if TYPE_CHECKING:
+    from fiveaxis.posture.solution import Optimum
+
+    Found = TypeVar("Found", bound=Optimum)
 
 # Parts into which the groups of a visit are divided for threads; locations that are enclosed at once, so that
 # their cells stay in the processor's cache, and how many such chunks ahead.
@@ -48,6 +68,8 @@ MOST_STEPS = 64
 # Share of cells beyond each end of the linear axes' range that may be left out.
 LEFT_OUT = 0.02
 THREADS = 2
+# rad: rounding of a turn.
+SAME_TURN = 1e-6
 
 
 @dataclass(frozen=True)
@@ -108,7 +130,8 @@ def bound_travel(
         The power of an axis isn't known.
     """
     plus, minus = travel_costs(machine, toolpath.feed, toolpath.rapid)
-    total, used = _least_cost(toolpath, machine, tilt, turns, (plus[1:], minus[1:]), work, progress)
+    path = Visits.of(toolpath, machine, tilt, (plus[1:], minus[1:]), turns)
+    total, used = _least_cost(path, work, progress)
     return LowerBound(max(total, 0.0), "travel", used)
 
 
@@ -131,7 +154,8 @@ def bound_energy(
     """
     *costs, standing = least_travel_costs(machine)
     plus, minus = (np.tile(price, (len(toolpath) - 1, 1)) for price in costs)
-    total, used = _least_cost(toolpath, machine, tilt, turns, (plus, minus), work, progress)
+    path = Visits.of(toolpath, machine, tilt, (plus, minus), turns)
+    total, used = _least_cost(path, work, progress)
     least = LEAST_OF_PIVOT if by_tip else 1.0
     # Of a pivot beside the tool's axis the feed holds in cuts only.
     held = toolpath.cutting[1:] | (not toolpath.zone.offset)
@@ -139,21 +163,43 @@ def bound_energy(
     return LowerBound(max(total, 0.0), "energy", used)
 
 
-def _least_cost(
-    toolpath: Toolpath,
-    machine: Machine,
-    tilt: TiltBounds,
-    turns: Array | None,
-    prices: tuple[Array, Array],
-    work: float,
-    progress: Progress,
-) -> tuple[float, int]:
-    """Bound the cost of travel, J, at prices, (n − 1, k) J/mm and J/rad up and down; also count the visits.
+def with_bound(
+    found: Found, constraints: Constraints, objective: Objective, progress: Progress = unheard
+) -> Found:
+    """Add a certified lower bound of a solution's energy, or of its travel metric if that is the objective.
+
+    It holds for every posture that keeps the constraints on lean and turns, and the axis limits; collisions,
+    mask and singular cone only raise the cost. A machine whose drives allow no bound gets a finding.
+    """
+    by_tip = found.filling.interpolation is Interpolation.TCP
+    bound = bound_travel if objective == "travel" else partial(bound_energy, by_tip=by_tip)
+    path, turns = found.toolpath, _largest_turns(found, constraints)
+    try:
+        return replace(found, bound=bound(path, found.machine, found.tilt, turns, progress=progress))
+    except MachineError as error:
+        finding = Finding(Severity.NOTE, "no-bound", f"has no lower bound: {error}", path.place(0))
+        return replace(found, toolpath=replace(path, findings=(*path.findings, finding)))
+
+
+def _largest_turns(found: Optimum, constraints: Constraints) -> Array | None:
+    """Largest turn in each move of a solution, rad; on links, and where an axis rewinds, there is none."""
+    if found.unwrapped is not None:
+        return None
+    path, location = found.toolpath, found.motion.location
+    turns = turn_bounds(path, constraints, location)
+    own = np.abs(found.motion.moves[1:, found.machine.rotary_columns]).max(axis=1, initial=0.0)
+    if constraints.max_turn is None and (path.cutting[1:] & (own > turns + SAME_TURN)).any():
+        turns = turn_bounds(path, constraints, location, found.machine)
+    return np.where(path.cutting[1:], turns, np.inf)
+
+
+def _least_cost(path: Visits, work: float, progress: Progress) -> tuple[float, int]:
+    """Find the highest bound on the cost of travel, J, that an amount of work gives; also count the visits.
 
     Where a drive returns power in one direction, the least prices of all moves are taken, and what it returns
     is charged to the other direction; what is left is in proportion to the way from begin to end.
     """
-    plus, minus = prices
+    plus, minus = path.plus, path.minus
     least_plus, least_minus = plus.min(axis=0, initial=np.inf), minus.min(axis=0, initial=np.inf)
     returns = np.minimum(least_plus, least_minus) < 0.0
     if (returns & (least_plus + least_minus < 0.0)).any():
@@ -161,52 +207,38 @@ def _least_cost(
     shift = np.where(returns, np.where(least_plus < 0.0, least_plus, -least_minus), 0.0)
     plus = np.where(returns, least_plus - shift, plus)
     minus = np.where(returns, least_minus + shift, minus)
-    total, used = _climb(Visits.of(toolpath, machine, tilt, (plus, minus), turns), work, progress)
-    if np.isfinite(total) and returns.any():
-        total += _least_way(toolpath, machine, tilt, shift)
-    return total, used
-
-
-def _least_way(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, shift: Array) -> float:
-    """Least of ``Σ shift·(end − begin)`` over the axes, J, from the first location to the last one."""
-    spans = np.array([axis.limits.span for axis in machine.axes])
-    way = -np.sign(shift) * np.where(shift == 0.0, 0.0, spans)
-    linear, ends = machine.linear_columns, np.array([0, len(toolpath) - 1])
-    (low, high), (last_low, last_high) = _ranges(toolpath.at(ends), machine, tilt.at(ends))
-    fall, rise = last_low.min(axis=0) - high.max(axis=0), last_high.max(axis=0) - low.min(axis=0)
-    way[linear] = np.where(shift[linear] > 0.0, fall, rise)
-    return float((shift * way)[shift != 0.0].sum())
-
-
-def _climb(visits: Visits, work: float, progress: Progress) -> tuple[float, int]:
-    """Find the highest bound, J, that an amount of work gives, and how many locations it visited."""
-    count = len(visits.toolpath)
-    if count == 0:
-        return 0.0, 0
-    first = Level.first(count)
+    visits = replace(path, plus=plus, minus=minus).binding
+    first = Level.first(len(visits.toolpath))
     hull = hull_of(visits.every(first.stride))
     with threadpool_limits(limits=1), ThreadPoolExecutor(THREADS) as pool:
 
         def bound(level: Level) -> Crossed:
-            return cross(visits.every(level.stride), *lay_lattice(visits, level, hull), pool, progress)
+            cells = cut_cells(visits.machine, visits.toolpath.zone, level.step / level.cells, level.cells)
+            lattice = Lattice(cells.sides, level.cells, *hull, _linear_steps(visits, level.step, hull))
+            return cross(visits.every(level.stride), cells, lattice, pool, progress)
 
         best, found = Climb(bound, work).best(first)
-    return found.total, len(visits.every(best.stride).toolpath)
+    way = _least_way(path, shift) if np.isfinite(found.total) and returns.any() else 0.0
+    return found.total + way, len(visits.every(best.stride).toolpath)
 
 
-def _ranges(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> list[tuple[Array, Array]]:
+def _least_way(path: Visits, shift: Array) -> float:
+    """Least of ``Σ shift·(end − begin)`` over the axes, J, from the first location to the last one."""
+    machine = path.machine
+    columns = [*machine.rotary_columns, *machine.linear_columns]
+    spans = np.array([machine.axes[column].limits.span for column in columns])
+    way, ends = -np.sign(shift) * np.where(shift == 0.0, 0.0, spans), np.array([0, len(path.toolpath) - 1])
+    (low, high), (last_low, last_high) = _ranges(machine, path.toolpath.at(ends), path.tilt.at(ends))
+    fall, rise = last_low.min(axis=0) - high.max(axis=0), last_high.max(axis=0) - low.min(axis=0)
+    way[2:] = np.where(shift[2:] > 0.0, fall, rise)
+    return float((shift * way)[shift != 0.0].sum())
+
+
+def _ranges(machine: Machine, toolpath: Toolpath, tilt: TiltBounds) -> list[tuple[Array, Array]]:
     """Enclose the linear axes in every cell that may be admissible at each location, (c, 3) mm each."""
     cells = cut_cells(machine, toolpath.zone, FIRST_STEP / FIRST_CELLS)
     window = Window.of(cells, tilt, machine, toolpath.zone.offset)
     return [(low, high) for _cell, low, high in enclose(cells, window, toolpath, tilt)]
-
-
-def lay_lattice(visits: Visits, level: Level, hull: tuple[Array, Array]) -> tuple[AngleCells, Lattice]:
-    """Cut the rotary angles into a level's cells, and lay its lattice over them and a hull."""
-    width = level.step / level.cells
-    cells = cut_cells(visits.machine, visits.toolpath.zone, width, level.cells)
-    steps = _linear_steps(visits, level.step, hull)
-    return cells, Lattice(cells.sides, level.cells, *hull, steps)
 
 
 def hull_of(visits: Visits) -> tuple[Array, Array]:
@@ -215,7 +247,7 @@ def hull_of(visits: Visits) -> tuple[Array, Array]:
     It may leave out cells in which the axes go far, next to postures in which they can't reach the part:
     paths are moved onto this hull, which makes none longer.
     """
-    ranges = _ranges(visits.toolpath, visits.machine, visits.tilt)
+    ranges = _ranges(visits.machine, visits.toolpath, visits.tilt)
     low, high = (np.concatenate(ends) for ends in zip(*ranges, strict=True))
     if len(low) == 0:
         return np.zeros(3), np.zeros(3)
@@ -225,10 +257,7 @@ def hull_of(visits: Visits) -> tuple[Array, Array]:
 
 
 def _linear_steps(visits: Visits, step: float, hull: tuple[Array, Array]) -> Array:
-    """Choose steps of the linear axes, (3,) mm, for one of the rotary angles: fine ones where travel is dear.
-
-    The bound falls short by about price × step at every reversal of an axis.
-    """
+    """Choose the linear axes' steps, (3,) mm: each reversal costs the bound about price × step."""
     price = (visits.plus + visits.minus)[:, 2:].mean(axis=0) if len(visits.plus) else np.ones(3)
     fineness = np.array([p**FINENESS for p in np.maximum(price, 1e-3 * price.max() or 1.0).tolist()])
     radius = np.linalg.norm(visits.toolpath.pivot, axis=1).max()
@@ -246,7 +275,6 @@ class Visits:
     toolpath, tilt : of m locations
     plus, minus : (m − 1, 5), J/rad and J/mm, least price of travel between a visit and the next
     turn : (m − 1,), rad, most that each rotary axis turns between them; infinite where unbounded
-    row : (m,), index of each visit in the given path
     """
 
     machine: Machine
@@ -255,39 +283,40 @@ class Visits:
     plus: Array
     minus: Array
     turn: Array
-    row: IntArray
 
     @classmethod
     def of(
         cls,
-        toolpath: Toolpath,
+        path: Toolpath,
         machine: Machine,
         tilt: TiltBounds,
         prices: tuple[Array, Array],
         turns: Array | None,
     ) -> Visits:
-        """Take the given locations of a path at which a direction binds the tool axis.
+        """Take all locations of a path; turns are as for `bound_travel`.
 
-        Prices are (n − 1, k) each, J/mm and J/rad, while axis values grow and fall; turns, (n − 1,) rad, are
-        the most of each rotary axis in a move, or None if nothing bounds them.
+        Prices are (n − 1, k) each, J/mm and J/rad, while axis values grow and fall, in machine axis order.
         """
-        columns = [*machine.rotary_columns, *machine.linear_columns]
-        plus, minus = (price[:, columns] for price in prices)
-        binds = np.any([np.isfinite(bound.reference[:, 0]) for bound in tilt.all], axis=0)
-        turn = np.full(len(plus), np.inf) if turns is None else turns
-        whole = cls(machine, toolpath, tilt, plus, minus, turn, np.arange(len(toolpath)))
-        return whole.at(np.flatnonzero(binds & ~toolpath.inserted))
+        plus, minus = (price[:, [*machine.rotary_columns, *machine.linear_columns]] for price in prices)
+        turn = np.full(len(path) - 1, np.inf) if turns is None else turns
+        return cls(machine, path, tilt, plus, minus, turn)
+
+    @property
+    def binding(self) -> Visits:
+        """The given locations at which a direction binds the tool axis."""
+        binds = np.any([np.isfinite(bound.reference[:, 0]) for bound in self.tilt.all], axis=0)
+        return self.at(np.flatnonzero(binds & ~self.toolpath.inserted))
 
     def at(self, rows: IntArray) -> Visits:
         """Return some of the visits, given by their indices in ascending order."""
-        between = slice(rows[0], rows[-1]) if len(rows) else slice(0)
+        between = slice(rows[0], rows[-1])
         plus, minus, turn = self.plus[between], self.minus[between], self.turn[between]
         if len(rows) > 1:
             begin = rows[:-1] - rows[0]
             plus, minus = np.minimum.reduceat(plus, begin), np.minimum.reduceat(minus, begin)
             turn = np.add.reduceat(turn, begin)
         some = self.toolpath.at(rows), self.tilt.at(rows)
-        return Visits(self.machine, *some, plus, minus, turn, self.row[rows])
+        return Visits(self.machine, *some, plus, minus, turn)
 
     def every(self, stride: int) -> Visits:
         """Return each `stride`-th visit, and the last."""
@@ -298,10 +327,7 @@ class Visits:
 def cross(
     visits: Visits, cells: AngleCells, lattice: Lattice, pool: ThreadPoolExecutor, progress: Progress
 ) -> Crossed:
-    """Find the least cost of touching a box at every visit, by dynamic programming over corners of boxes.
-
-    Costs are whole numbers, and prices are rounded down, so rounding can't raise the result.
-    """
+    """Find the least cost of touching a box at every visit; prices are rounded down, so it isn't too high."""
     count = len(visits.toolpath)
     dearest = np.maximum(visits.plus, visits.minus).max(axis=0, initial=0.0)
     quantum = float(product(lattice.across, dearest)) / ACROSS or 1.0

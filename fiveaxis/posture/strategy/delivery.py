@@ -1,9 +1,8 @@
 """Optimisation of the program itself: locations that it needs in between are solved like the given ones.
 
 With joint interpolation only short blocks keep the tool on its path, so locations have to be inserted where
-rotary axes turn. Postures interpolated there would move axes that stand still at the given locations, and
-lean the tool where nothing was checked. So inserted locations become part of the problem: tilt, limits, turns
-and clearance hold there, and the objective is that of the program's blocks.
+rotary axes turn. Postures interpolated there would move axes that otherwise stand still, and lean the tool
+where nothing was checked. So all bounds hold there, too, and the objective is that of the program's blocks.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ from typing import TypeVar
 import numpy as np
 
 from fiveaxis.base import STAGES, Array, BoolArray, NoBaseline, Steps, at_once, unheard
-from fiveaxis.model import BlockCosts, Energy, axis_bounds, follow, interpolate
+from fiveaxis.model import Energy, axis_bounds, follow, interpolate
 from fiveaxis.posture.baselines.branches import require_blocks
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.search.successors import Resolution, sparse_rows, turning_rows, widened
@@ -29,10 +28,8 @@ from fiveaxis.posture.strategy.programs import SHARPEST, Programs
 
 # Share of a step below which a turn counts as none when time is the objective, by round.
 SHARPNESS = (0.1, 0.03, SHARPEST, SHARPEST, SHARPEST)
-# A round that saves a smaller share is the last.
-WORTHWHILE = 2e-3
-# Rounds of a refinement continue up to this many while they save something; searches of one corridor.
-MOST_ROUNDS, MOST_CURES = 12, 8
+# A round that saves a smaller share is the last; rounds of a refinement at most, and searches of a corridor.
+WORTHWHILE, MOST_ROUNDS, MOST_CURES = 2e-3, 12, 8
 # The corridor about a path that breaks a bound between its locations.
 CURING = resolution(0.2, 0.7, 16, 6.0)
 # The corridor around postures that a mask refuses, and the first number of locations to each side of them.
@@ -42,8 +39,8 @@ FARTHER, LITTLE = 1.5, np.radians(0.5)
 # rad: how far postures are moved to run smoothly.
 FARTHEST = tuple(np.radians([0.02, 0.05, 0.1, 0.2]))
 
-# Keys by which the better and the steadier of two `Delivered` is smaller.
-rank, starts_and_travel = attrgetter("rank"), attrgetter("starts_and_travel")
+# Key by which the better of two programs or candidates is smaller.
+rank = attrgetter("rank")
 
 Found = TypeVar("Found")
 
@@ -174,8 +171,7 @@ class Delivery(Programs):
     def _by_search(self, start: Delivered) -> Delivered:
         """Search effort by effort; each begins with what the smaller one found.
 
-        The steadiest program is returned that costs little more than the cheapest, and no more than a smaller
-        effort's.
+        Returned is the steadiest program that costs little more than the cheapest, and no more than before.
         """
         best, steadiest = start, None
         for effort in self.near.effort.nested:
@@ -230,8 +226,7 @@ class Delivery(Programs):
     def _at_once(self, tasks: Sequence[Callable[[Delivery], Found]]) -> list[Found]:
         """Run independent tasks in threads; a mask need not be safe for them.
 
-        Each has its own stages, recorded in the order of the tasks: the result doesn't depend on which one
-        ends first, or how many run at once.
+        Each has its own stages, recorded in the tasks' order: the result doesn't depend on which ends first.
         """
         if self.near.mask:
             return [task(self) for task in tasks]
@@ -262,6 +257,7 @@ class Delivery(Programs):
         problem, bounds = instance.problem.thinned(rows), instance.bounds.at(rows)
         few = Instance(instance.path.at(rows), instance.location[rows], problem, bounds)
         costs = self.costs(instance).thinned(rows)
+        unsearched = Candidate(instance, few, costs)
 
         def search() -> Array | None:
             if known is not None:
@@ -270,22 +266,16 @@ class Delivery(Programs):
             return self.near.found_anywhere(few, prices, resolution, self._steps, queries_all)
 
         name = "path to begin with" if known is not None else "search of all postures"
-        found = self._candidate_of(search, name, instance, few, costs)
+        found = self._found(search, name, unsearched)
         if found is None or not found.rank[0] or known is not None or queries_all:
             return found
         # What was found past the mask in places leaves no way within it there.
         again = self._candidate(resolution, queries_all=True)
         return min((one for one in (found, again) if one), key=rank)
 
-    def _candidate_of(
-        self,
-        search: Callable[[], Array | None],
-        name: str,
-        instance: Instance,
-        few: Instance,
-        costs: BlockCosts,
-    ) -> Candidate | None:
-        """Refine what a search finds on few locations of a path; None if it finds nothing."""
+    def _found(self, search: Callable[[], Array | None], name: str, before: Candidate) -> Candidate | None:
+        """Refine what a search finds on the few locations of a candidate; None if it finds nothing."""
+        few, costs = before.few, before.costs
 
         def found() -> Array | None:
             path = search()
@@ -301,14 +291,14 @@ class Delivery(Programs):
         cost = self.repriced(few, path, costs, 0.0).priced(path)
         self.stages.append(SolverStep(name, f"{len(path)} locations", 0, None, cost))
         refused = int(np.count_nonzero(self.near.refused(few, path)))
-        return Candidate(instance, few, costs, path, (refused, cost))
+        return replace(before, path=path, rank=(refused, cost))
 
     def _refined(self, candidate: Candidate) -> Delivered:
         """Search about what was found among all postures, and refine it once on its program's locations."""
         for around in self.near.effort.around:
             few, costs = candidate.few, candidate.costs
             search = partial(self.near.searched, few, costs, around, candidate.path, self._steps)
-            near = self._candidate_of(search, "search about it", candidate.instance, few, costs)
+            near = self._found(search, "search about it", candidate)
             candidate = min((one for one in (near, candidate) if one), key=rank)
         here = self.priced(candidate.rotary, candidate.instance)
         return self._rounds(here, self._sharpness[:1], 1, again=True)
@@ -318,7 +308,7 @@ class Delivery(Programs):
         best = self._rounds(start, sharpness or self._sharpness)
         if not best.broken:
             return best
-        cured = self._cured(best, CURING)
+        cured = self._cured(best)
         return min(cured, self._rounds(cured, self._sharpness[-1:]), key=rank)
 
     def _rounds(
@@ -355,7 +345,7 @@ class Delivery(Programs):
             instance, rotary = here.denser, here.filled
         return min(tried, key=rank)
 
-    def _cured(self, here: Delivered, resolution: Resolution) -> Delivered:
+    def _cured(self, here: Delivered) -> Delivered:
         """Search a corridor about a program's postures, and again while that breaks a bound.
 
         Around postures that the mask refuses a wide corridor is searched, of more and more locations.
@@ -364,12 +354,11 @@ class Delivery(Programs):
         for number in range(MOST_CURES):
             if 0 < here.refused.sum() < refused:
                 refused = here.refused.sum()
-                around = widened(here.refused, DETOUR * 2**number)
-                here = self._corridor(here, WIDE, around)
+                here = self._corridor(here, WIDE, widened(here.refused, DETOUR * 2**number))
             elif here.refused.any():
                 break
             else:
-                here = self._corridor(here, resolution)
+                here = self._corridor(here, CURING)
             best = min(best, here, key=rank)
             if not here.broken:
                 break
@@ -389,10 +378,7 @@ class Delivery(Programs):
         return here
 
     def _steadied(self, found: Sequence[Delivered], before: Delivered | None) -> Delivered:
-        """Return the steadiest program that costs little more than the cheapest.
-
-        `before` is the result of a smaller effort; what costs more than that is none.
-        """
+        """Return the steadiest program that costs little more than the cheapest and no more than `before`."""
         kept = [one for one in (*found, before) if one is not None]
         least = min(kept, key=rank)
         if self.options.steady == 0.0 or self.options.objective != "energy" or least.broken:
@@ -400,7 +386,8 @@ class Delivery(Programs):
         most = (1.0 + self.options.steady) * least.cost
         if before is not None and not before.broken:
             most = min(most, before.cost)
-        return min((one for one in kept if not one.broken and one.cost <= most), key=starts_and_travel)
+        kept = [one for one in kept if not one.broken and one.cost <= most]
+        return min(kept, key=attrgetter("starts_and_travel"))
 
     @property
     def _sharpness(self) -> Sequence[float]:

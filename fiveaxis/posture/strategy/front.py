@@ -157,13 +157,12 @@ def _by_bends(solution: Optimum, n: int, options: Options, searched: Callable[..
     solution cost as much as its program. If speeds are known, the price of delay rises with them: in the
     middle by the mean power of the travel.
     """
-    first, base = solved(solution), solution.machine.base_power or 0.0
-    problem, bend = first.problem, _bend(first)
+    problem, bend = solved(solution).problem, _bend(solved(solution))
+    least = (solution.machine.base_power or 0.0) if options.time_price is None else options.time_price
     # For a path without bends any price will do.
     middle = solution.energy.total / bend if bend > 0.0 else 1.0
     shares = np.linspace(0.0, 1.0, n - 1)[::-1].tolist()
     prices = [0.0, *(STRONGEST * middle * (FAINTEST / STRONGEST) ** share for share in shares)]
-    least = base if options.time_price is None else options.time_price
     power = _mean_power(solution) if np.isfinite(problem.top_speed).any() else 0.0
     found = [solution]
     for price in prices[1:]:
@@ -299,7 +298,7 @@ def solved(solution: Optimum) -> Unwrapped:
 
 def interrupted_cuts(solution: Optimum) -> int:
     """Count the cuts that a solution interrupts to rewind an axis."""
-    return 0 if solution.unwrapped is None else sum(r.in_cut for r in solution.unwrapped.rewinds)
+    return sum(rewind.in_cut for rewind in solved(solution).rewinds)
 
 
 def measured(solution: Optimum, time_price: float, unpriced: Problem) -> FrontPoint:

@@ -66,8 +66,12 @@ def unreachable(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> list[
                 f"no tool axis within {' and '.join(b.text for b in tilt.all)} keeps the axis limits; "
                 f"{nearest}; {advice}widen the tilt range or set the part up differently"
             )
-            found.append(Finding(Severity.ERROR, "no-posture", message, toolpath.place(row), overrun))
+            found.append(_no_posture(toolpath, row, message, overrun))
     return found
+
+
+def _no_posture(toolpath: Toolpath, row: int, text: str, value: float | None = None) -> Finding:
+    return Finding(Severity.ERROR, "no-posture", text, toolpath.place(row), value)
 
 
 def _leaning_elsewhere(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> BoolArray:
@@ -153,10 +157,7 @@ class _Tried:
         return f"the nearest needs {where}", float(overrun[best, column])
 
     def remedies(self) -> Iterator[str]:
-        """Name the least change of the tilt range, a rotary axis, a linear one and the other bounds.
-
-        Each is enough for a posture that was tried, all else being kept.
-        """
+        """Name the least change of tilt, a rotary axis, a linear axis and other bounds; each is enough."""
         count, violated = len(self.bounds), self.excess > 0.0
         alone = np.where(violated & (violated.sum(axis=1) == 1)[:, None], self.excess, np.inf)
         rotary, linear = self.machine.rotary_columns, self.machine.linear_columns
@@ -167,7 +168,10 @@ class _Tried:
             best, which = np.unravel_index(int(np.argmin(alone[:, columns])), (len(alone), len(columns)))
             column = columns[which]
             if column >= count:
-                yield self._wider_limit(self.positions[best, column - count], column - count)
+                axis, value = self.machine.axes[column - count], self.positions[best, column - count]
+                side = 1.0 if value > axis.shown(axis.limits.high) else -1.0
+                held, wider = f"held at {value:.{DECIMALS}f} deg", f"to {outwards(value, side)} {axis.unit}"
+                yield f"{axis.letter} {held if axis.limits.is_fixed else wider}"
             elif column:
                 yield f"leaving out {self.bounds[column].text}"
             else:
@@ -175,14 +179,6 @@ class _Tried:
                 angle = self.angles[best, 0]
                 side = 1.0 if angle > np.degrees(self.bounds[0].high) else -1.0
                 yield f"{name} {'up' if side > 0.0 else 'down'} to {outwards(angle, side)} deg"
-
-    def _wider_limit(self, value: float, column: int) -> str:
-        """Say how far an axis would have to go, mm or deg."""
-        axis = self.machine.axes[column]
-        if axis.limits.is_fixed:
-            return f"{axis.letter} held at {value:.{DECIMALS}f} deg"
-        side = 1.0 if value > axis.shown(axis.limits.high) else -1.0
-        return f"{axis.letter} to {outwards(value, side)} {axis.unit}"
 
 
 def _angles(tilt: TiltBounds, least: float, most: float) -> Array:
@@ -220,17 +216,15 @@ def without_path(problem: Problem, toolpath: Toolpath, found: Array, mask: Mask 
     machine = problem.machine
     positions, excess = problem.placed(slice(None), found)
     past = machine.limit_excess(positions)
-    facts = [(row, "the tool leans out of its bounds") for row in np.flatnonzero(excess > ALLOWED)]
-    for row in np.flatnonzero(np.any(past > ALLOWED, axis=1)):
+    facts = [(row, "the tool leans out of its bounds") for row in np.flatnonzero(excess > ALLOWED).tolist()]
+    for row in np.flatnonzero(np.any(past > ALLOWED, axis=1)).tolist():
         where = _past_limit(machine, machine.shown(positions[row]), int(np.argmax(past[row])))
         facts.append((row, f"an axis exceeds its limit, {where}"))
-    for move in np.flatnonzero(problem.turn_excess(found) > ALLOWED):
-        facts.append((move + 1, _too_far(problem, int(move), found[move + 1] - found[move])))
+    for move in np.flatnonzero(problem.turn_excess(found) > ALLOWED).tolist():
+        facts.append((move + 1, _too_far(problem, move, found[move + 1] - found[move])))
     remedy = "allow larger turns (--max-turn), put the locations closer together, or widen the tilt range"
-    findings = []
-    for row, fact in facts:
-        text = f"in the best sequence of postures found {fact}; {remedy}"
-        findings.append(Finding(Severity.ERROR, "no-posture", text, toolpath.place(int(row))))
+    best = "in the best sequence of postures found"
+    findings = [_no_posture(toolpath, row, f"{best} {fact}; {remedy}") for row, fact in facts]
     return Infeasible(f"the best sequence of postures breaks a bound {len(findings)} times", findings)
 
 
@@ -246,7 +240,7 @@ def _no_step(problem: Problem, toolpath: Toolpath, found: Array, mask: Mask | No
         if problem.strict[row - 1] and (np.abs(turn) > problem.max_turn[row - 1] + ALLOWED).any():
             text, value = _too_far(problem, row - 1, turn), float(np.degrees(np.abs(turn).max()))
     text = f"{text}; allow larger turns (--max-turn), put the locations closer together, or {remedy}"
-    return Finding(Severity.ERROR, "no-posture", text, toolpath.place(row), value)
+    return _no_posture(toolpath, row, text, value)
 
 
 def _too_far(problem: Problem, move: int, turn: Array) -> str:
@@ -254,10 +248,9 @@ def _too_far(problem: Problem, move: int, turn: Array) -> str:
     which = int(np.argmax(np.abs(turn) - problem.max_turn[move]))
     letter = problem.machine.axes[problem.machine.rotary_columns[which]].letter
     degrees, most = np.degrees([abs(turn[which]), problem.max_turn[move, which]])
-    enough = math.ceil(degrees)
     return (
         f"from location {move} {letter} has to turn by {degrees:.1f} deg, and {most:g} deg are allowed: "
-        f"--max-turn {enough} would do for this move"
+        f"--max-turn {math.ceil(degrees)} would do for this move"
     )
 
 
@@ -266,15 +259,14 @@ def refusal(
 ) -> Infeasible:
     """Say of each refused location, (n,), of a path, (n, 2) rad, whether the mask admits a posture there."""
     findings = []
-    for row in np.flatnonzero(refused):
+    for row in np.flatnonzero(refused).tolist():
         # Samples may miss a narrow tilt range; the path has a posture in it.
-        states = np.vstack([rotary[row], sampled(problem, int(row))])
+        states = np.vstack([rotary[row], sampled(problem, row)])
         states = states[np.unique(np.linspace(0, len(states) - 1, SAMPLES).astype(np.int64))]
         text = f"{mask.wording.none} ({len(states)})"
         if mask.admits(np.full(len(states), row), states).any():
             text = f"{mask.wording.some}, but none was found within reach of its neighbours"
         remedy = f"widen the tilt range, allow larger turns (--max-turn) or {mask.wording.remedy}"
-        place = toolpath.place(int(row))
-        findings.append(Finding(Severity.ERROR, "no-posture", f"{text}; {remedy}", place))
+        findings.append(_no_posture(toolpath, row, f"{text}; {remedy}"))
     share = f"{len(findings)} of {len(problem)} locations"
     return Infeasible(f"{share} have no posture in sequence {mask.wording.admitted}", findings)

@@ -101,10 +101,7 @@ def from_rest_to_rest(problem: Problem, rotary: Array, sharpness: float, *, word
 
 
 def time_findings(machine: Machine) -> tuple[Finding, ...]:
-    """Report unknown accelerations, which least time then ignores; one finding, or none.
-
-    `MachineError` if the highest speed of an axis is unknown.
-    """
+    """Report unknown accelerations, if any; `MachineError` if an axis's highest speed is unknown."""
     unknown = _letters(machine, "max_speed")
     if unknown:
         raise MachineError(

@@ -74,10 +74,7 @@ def refined(problem: Problem, start: Array, effort: Effort) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Near:
-    """Refinements and searches within cone and mask, where there are any.
-
-    The path to begin with, (n, 2) rad, chain order, is at the given locations.
-    """
+    """Refinements and searches within cone and mask; `begun` is a path at the given locations, (n, 2) rad."""
 
     effort: Effort
     cone: Cone | None
@@ -135,10 +132,7 @@ class Near:
         steps: Steps,
         queries_all: bool = False,
     ) -> Array | None:
-        """Search the whole range of postures; (n, 2) rad, None where no sequence of them was found.
-
-        With `queries_all` the mask is queried everywhere, not only where it is in the way.
-        """
+        """Search all postures, (n, 2) rad, None for no sequence; `queries_all` asks the mask everywhere."""
         tight = None
         rough = None if self.mask is None else self.mask.halfway(instance.location).roughly_admits
         if rough is not None:
@@ -327,10 +321,7 @@ class Confinement:
         return np.asarray(clean + low[:, None] * offset)
 
     def _inwards(self, rows: IntArray, edge: Array) -> Array:
-        """Find the direction across the tool axis, (m, 3), that points into the admitted side of the edge.
-
-        It is the gradient of a plane fitted to the mask's answers at some postures around the edge.
-        """
+        """Find the direction into the admitted side of the edge, (m, 3), by the mask's answers around it."""
         machine = self.problem.machine
         turn = np.arange(PROBES) * TURN / PROBES
         ring = PROBE * np.stack([np.cos(turn), np.sin(turn)], axis=1)
@@ -346,10 +337,7 @@ class Confinement:
 
 
 def _gradient(at: Array, values: Array) -> Array:
-    """Fit the gradient, (m, 2), of values, (m, p), at points, (m, p, 2), by least squares.
-
-    It has no component in a direction in which the points hardly spread.
-    """
+    """Fit the gradient, (m, 2), of values, (m, p), at points, (m, p, 2); it lies along points on a line."""
     spread = np.einsum("mpi,mpj->mij", at, at)
     pull = np.einsum("mpi,mp->mi", at, values)
     size = spread[:, 0, 0] + spread[:, 1, 1]

@@ -112,10 +112,7 @@ class Delivered:
 
     @cached_property
     def broken(self) -> float:
-        """By how much it breaks bounds, at its locations or between them; 0 if it keeps them.
-
-        A bound that is broken at a location counts as a posture that a mask refuses.
-        """
+        """How far it breaks bounds, 0 if it keeps them; a broken location counts as a refused posture."""
         problem = self.instance.problem
         past = problem.excess(self.rotary)
         # At inserted locations what is tolerated between locations is none.
@@ -163,7 +160,7 @@ class Candidate:
     ----------
     instance, few : the locations of a path, and those of them that were searched
     costs : of the blocks between the few
-    path : (m, 2), rad, refined on the few
+    path : (m, 2), rad, refined on the few; empty before a search
     rank : key by which the better of two is smaller: how many postures a mask refuses, then the cost of the
         blocks between the few, J, with the price of what they break
     """
@@ -171,8 +168,8 @@ class Candidate:
     instance: Instance
     few: Instance
     costs: BlockCosts
-    path: Array
-    rank: tuple[int, float]
+    path: Array = field(default_factory=lambda: np.empty((0, 2)))
+    rank: tuple[int, float] = (0, np.inf)
 
     @property
     def rotary(self) -> Array:

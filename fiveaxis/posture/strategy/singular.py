@@ -36,8 +36,7 @@ KEPT = 1e-6
 class Cone:
     """Directions of the tool axis about the singular one within which the first rotary axis is bounded.
 
-    The cone's half angle is in rad; over the path of the pivot the axis may turn there at a rate in rad/mm, 0
-    to hold it.
+    The half angle is in rad; over the path of the pivot the axis may turn by a rate in rad/mm, 0 to hold it.
     """
 
     angle: float

@@ -66,17 +66,12 @@ class Rewound:
 
     def findings(self) -> list[Finding]:
         """Report where every rewind is and what it costs; code ``rewind``."""
-        first_rows = np.searchsorted(self.row, [r.row for r in self.rewinds])
-        return [
-            Finding(
-                Severity.WARNING if r.in_cut else Severity.NOTE,
-                "rewind",
-                _describe(r),
-                self.toolpath.place(int(row)),
-                value=360.0 * abs(r.turns),
-            )
-            for r, row in zip(self.rewinds, first_rows, strict=True)
-        ]
+        found = []
+        for r in self.rewinds:
+            severity = Severity.WARNING if r.in_cut else Severity.NOTE
+            place = self.toolpath.place(int(np.searchsorted(self.row, r.row)))
+            found.append(Finding(severity, "rewind", _describe(r), place, value=360.0 * abs(r.turns)))
+        return found
 
 
 def _describe(rewind: Rewind) -> str:
@@ -174,10 +169,7 @@ def _with_links(
 
 
 def why_no_rewind(course: UnwrappedPath, machine: Machine, column: int) -> tuple[str, tuple[Finding, ...]]:
-    """Explain that the axis of a column winds too far, and which limits would allow rewinds or spare them.
-
-    Each remedy is checked. A message is returned, and a finding with the code ``no-rewind``.
-    """
+    """Say that an axis winds too far, and which limits would be enough (checked); also as a finding."""
     axis = machine.axes[column]
     angles = course.rotary[:, machine.rotary_columns.index(column)]
     span, has = np.degrees(np.ptp(angles)), np.degrees(axis.limits.span)
@@ -273,10 +265,7 @@ def plan_turns(
 def _cheapest_turns(
     least: IntArray, most: IntArray, stop: Array, up: float, down: float
 ) -> tuple[IntArray, int]:
-    """Find the turn before each turn of each location, counted from its least one, and the last turn.
-
-    Of paths with the same cost the one with turns nearest to 0 is taken.
-    """
+    """Find the turn before each turn, counted from the least, and the last; of equals that nearest to 0."""
     n, width = len(least), max(1, np.max(most - least) + 1)
     came = np.zeros((n, width), dtype=np.int64)
     cost, arrived = np.full(width, np.inf), np.full(width, np.inf)

@@ -105,10 +105,7 @@ def bounds_between(tilt: TiltBounds, row: Array) -> TiltBounds:
 
 
 def keep_lean(machine: Machine, rotary: Array, other: int, bounds: TiltBounds) -> Array:
-    """Change one angle, 0 or 1, of postures, (m, 2) rad, by the least of `CHANGES` that keeps the bounds.
-
-    Where none does, it stays.
-    """
+    """Change an angle, 0 or 1, of postures, (m, 2) rad, by the least of `CHANGES` that keeps the bounds."""
     tried = np.repeat(rotary[:, None], len(CHANGES), axis=1)
     limits = machine.axes[machine.rotary_columns[other]].limits
     tried[..., other] = np.clip(tried[..., other] + CHANGES, limits.low, limits.high)
@@ -120,8 +117,7 @@ def keep_lean(machine: Machine, rotary: Array, other: int, bounds: TiltBounds) -
 def find_turn_changes(angles: Array, limits: Limits) -> tuple[Array, Array]:
     """Find where an axis, at (n,) rad unwrapped, passes angles that two turns reach without a location there.
 
-    Returned are fractional rows, (s,), 3.25 a quarter of the move from location 3 to 4, and the middle of
-    those angles, (s,) rad.
+    Return fractional rows, (s,): 3.25 is a quarter from 3 to 4; and the middle of those angles, (s,) rad.
     """
     low, width = limits.low, limits.span - TURN
     # With two turns every angle has two; towards an open end nothing is ever rewound.
@@ -178,21 +174,17 @@ def find_stops(
     Return the price of a stop at each location, (n,) J, infinite where there is no room; that of one turn up
     and down, J; and what makes the record of a rewind, from its location and whole turns.
     """
-    toolpath, rotary, n = course.toolpath, course.rotary, len(course.row)
-    cutting = toolpath.cutting
+    cutting, n = course.toolpath.cutting, len(course.row)
     # A rewind at the last location would be useless; one at the first is the choice of the first turn.
     in_cut = np.append(cutting[1:], False) & (cutting | (np.arange(n) == 0))
     retract = np.full(n, np.inf)
     rows = 1 + np.flatnonzero(course.admitted[1:-1])
-    away, _, past = find_retracts(course, machine, column, rows)
+    away, ends, past = find_retracts(course, machine, column, rows)
     retract[rows] = np.where(past <= ON_LIMIT, away, np.inf)
-    distance = np.where(np.isfinite(retract), retract, 0.0)
-    axes = tool_axes(machine, rotary)
-    tip, off = toolpath.tips(axes), distance[:, None] * axes
-    move = linear_positions(machine, tip + off, rotary) - linear_positions(machine, tip, rotary)
-    feed = link_feed(toolpath)
-    plus, minus = (c[0] for c in travel_costs(machine, np.array([feed])))
-    energy = product(np.abs(move), plus + minus)
+    distance, energy = np.where(np.isfinite(retract), retract, 0.0), np.zeros(n)
+    feed = link_feed(course.toolpath)
+    plus, minus = (c[0, machine.linear_columns] for c in travel_costs(machine, np.array([feed])))
+    energy[rows] = product(np.abs(ends[1] - ends[0]), plus + minus)
     speed = turn_feed(machine, column, feed)
     plus, minus = (c[0, column] for c in travel_costs(machine, np.array([speed])))
     turning = TURN * np.array([plus, minus])

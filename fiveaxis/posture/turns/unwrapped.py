@@ -125,10 +125,7 @@ def _is_admissible(problem: Problem, rotary: Array, location: Array | None) -> b
 
 @dataclass(frozen=True, eq=False)
 class _Candidate:
-    """An unwrapped path, (n, 2) rad, with its rewinds.
-
-    The price, J, includes its delay, its rewinds and the marks that they leave.
-    """
+    """An unwrapped path, (n, 2) rad, with its rewinds; the price, J, includes delay, rewinds and marks."""
 
     problem: Problem
     rotary: Array
@@ -183,12 +180,11 @@ def fewer_turns(
         saved = TURN * (abs(int(turns.sum())) - 1)
         low = axis.limits.low - (saved if turns[0] > 0 else 0.0)
         high = axis.limits.high + (saved if turns[0] < 0 else 0.0)
-        angles = rotary[:, which]
-        middle = (angles.min() + angles.max()) / 2.0
-        nearest = np.round(((low + high) / 2.0 - middle) / TURN)
+        angles, start = rotary[:, which], rotary.copy()
+        least, most = angles.min(), angles.max()
+        nearest = np.round(((low + high) / 2.0 - (least + most) / 2.0) / TURN)
         shifts = TURN * (nearest + np.array([0.0, -1.0, 1.0]))
-        overruns = [max(low - angles.min() - s, angles.max() + s - high) for s in shifts]
-        start = rotary.copy()
+        overruns = np.maximum(low - least - shifts, most + shifts - high)
         start[:, which] = np.clip(angles + shifts[int(np.argmin(overruns))], low, high)
         axes = list(problem.machine.axes)
         axes[column] = replace(axes[column], limits=Limits(low, high))
@@ -207,33 +203,30 @@ def paths_without_reversals(
     shortest first. Between the rewinds of a pair the axis stays at the end of its range (`_hold`). Paths that
     break the bounds of the problem, on the endless machine, are left out; `machine` has its limits.
     """
-    alone, together, taken = [], rotary.copy(), set[float]()
-    for one, two in sorted(_pairs(found), key=lambda pair: (pair[1].row - pair[0].row, pair[0].row)):
+    alone, together, taken, pairs = [], rotary.copy(), set[float](), list[tuple[Rewind, Rewind]]()
+    for letter in sorted({r.axis for r in found.rewinds}):
+        consecutive = pairwise(r for r in found.rewinds if r.axis == letter)
+        pairs += [(one, two) for one, two in consecutive if one.turns == -two.turns]
+    for one, two in sorted(pairs, key=lambda pair: (pair[1].row - pair[0].row, pair[0].row)):
         rows, held = _hold(machine, rotary, found, (one, two), tilt)
         path = rotary.copy()
         path[rows] = held
         first, last = max(0, rows[0] - 1), min(len(rotary) - 1, rows[-1] + 1)
         if problem.between(first, last).violation(path[first : last + 1]) > ALLOWED:
             continue
-        alone.append((rows, held))
+        alone.append(path)
         if taken.isdisjoint((one.row, two.row)):
             taken |= {one.row, two.row}
             together[rows] = held
     if len(alone) > 1:
         yield together
-    for rows, held in alone[:MOST_ALONE]:
-        path = rotary.copy()
-        path[rows] = held
-        yield path
+    yield from alone[:MOST_ALONE]
 
 
 def _hold(
     machine: Machine, rotary: Array, found: Rewound, pair: tuple[Rewind, Rewind], tilt: TiltBounds | None
 ) -> tuple[IntArray, Array]:
-    """Hold an axis at the end of its range between two rewinds: rows, (m,), and their angles, (m, 2) rad.
-
-    The other angle changes where a bound on the lean requires it.
-    """
+    """Hold an axis at the end of its range between two rewinds: rows, (m,), and their angles, (m, 2) rad."""
     one, two = pair
     column = machine.column(one.axis)
     which, limits = machine.rotary_columns.index(column), machine.axes[column].limits
@@ -245,18 +238,10 @@ def _hold(
     held[:, which] = np.clip(held[:, which], limits.low - shift, limits.high - shift)
     if tilt is not None:
         bounds = tilt.at(rows)
-        # Admitted postures stay as they are.
+        # The other angle changes where a bound requires it.
         moved = ~bounds.admits(tool_axes(machine, held))
         held[moved] = keep_lean(machine, held[moved], 1 - which, bounds.at(np.flatnonzero(moved)))
     return rows, held
-
-
-def _pairs(found: Rewound) -> Iterator[tuple[Rewind, Rewind]]:
-    """Yield pairs of consecutive rewinds of one axis that undo each other."""
-    for axis in sorted({r.axis for r in found.rewinds}):
-        for one, two in pairwise(r for r in found.rewinds if r.axis == axis):
-            if one.turns == -two.turns:
-                yield one, two
 
 
 def better_phases(toolpath: Toolpath, machine: Machine, rotary: Array, found: Rewound) -> list[Finding]:

@@ -267,7 +267,7 @@ def test_a_load_that_depends_on_the_posture_allows_no_bound_if_the_drive_returns
 
 
 def test_a_bound_is_computed_where_it_is_asked_for(monkeypatch):
-    monkeypatch.setattr("fiveaxis.posture.optimiser.bound_travel", partial(bound_travel, work=WORK))
+    monkeypatch.setattr("fiveaxis.posture.bound.lower_bound.bound_travel", partial(bound_travel, work=WORK))
     path, machine = wandering("ball:6", 3, 5), powered("640123")
     without = fx.optimise(path, machine, tilt=TILT, effort="quick", objective="travel")
     assert without.bound is None
