@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import logging
+import sys
 from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
@@ -14,6 +15,7 @@ import numba
 import numpy as np
 from numba.core.caching import CacheImpl, InTreeCacheLocator, UserProvidedCacheLocator, UserWideCacheLocator
 from numba.extending import register_jitable
+from numba.np import linalg
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -25,6 +27,19 @@ logger = logging.getLogger(__name__)
 # compiles in this process is made of them, too; where it has compiled before, that decides for our loops.
 if numba.config.CPU_NAME is None and numba.config.CPU_FEATURES is None:
     numba.config.CPU_NAME, numba.config.CPU_FEATURES = "generic", ""
+_look_for_blas = linalg.ensure_blas
+
+
+def _look_when_needed() -> None:
+    """Look for BLAS, but not while numba loads: that loads scipy's linear algebra, in a tenth of a second.
+
+    Our loops need none, and what needs it looks for it again when it is compiled.
+    """
+    if hasattr(sys.modules.get("numba.np.arraymath"), "_HAVE_BLAS"):
+        _look_for_blas()
+
+
+linalg.ensure_blas = _look_when_needed
 
 
 def compiled(function: Callable[P, T]) -> Callable[P, T]:

@@ -91,6 +91,22 @@ def test_machine_code_is_made_anew_where_a_part_or_a_constant_in_another_file_ch
     assert run("part", FILES["part"].replace("+", "-")) == ["-19.0", "0"]
 
 
+PRODUCT = """
+import sys
+import numba
+import numpy as np
+from fiveaxis.cam import TriangleTree
+TriangleTree.build(np.eye(3)[None]).distances(np.zeros((1, 3)))
+print("scipy.linalg" in sys.modules)
+print(numba.njit(lambda a: a @ a)(2.0 * np.eye(2))[1, 1], "scipy.linalg" in sys.modules)
+"""
+
+
+def test_loops_load_no_linear_algebra_and_matrices_are_still_multiplied():
+    done = subprocess.run([sys.executable, "-c", PRODUCT], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["False", "4.0", "True"], done.stderr
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="there is no /proc")
 def test_without_a_folder_for_machine_code_it_is_compiled_anew_and_that_is_said_once(tmp_path):
