@@ -84,8 +84,7 @@ class LocationModel:
 def place(locations: Locations, rows: IntArray, rotary: Array, positions: Array, excess: Array) -> None:
     """Solve the axis values of postures, (m, 2) rad, and how far their tool axes lie outside their bounds.
 
-    Filled in are the positions, (m, k) mm and rad, NaN where no axis values give the posture, and the largest
-    excess of a cosine over its bounds, (m,). Rows, (m,), are locations.
+    Filled in are positions, (m, k), NaN where there are none, and the cosines' excess, (m,); rows are (m,).
     """
     # By name: numba counts references to an array that it takes out of a record.
     pivot, normal = locations.pivot, locations.normal

@@ -38,7 +38,7 @@ from fiveaxis.posture.strategy.effort import ROUGH, Effort
 from fiveaxis.posture.strategy.infeasibility import refusal, unreachable, without_path
 from fiveaxis.posture.strategy.least_time import time_findings
 from fiveaxis.posture.strategy.near import Near, refined
-from fiveaxis.posture.strategy.program_path import Breach
+from fiveaxis.posture.strategy.programs import Breach
 from fiveaxis.posture.strategy.singular import Cone, with_findings
 from fiveaxis.posture.strategy.turn_bounds import hold, turn_bounds
 from fiveaxis.posture.turns.rewinding import endless, winding_columns
@@ -97,8 +97,7 @@ def optimise_postures(
         options = replace(options, start=_of_least_energy(toolpath, machine, constraints, options))
     if not toolpath.cutting.any():
         raise ToolpathError("has links only; there is no cut to choose a posture for", file=toolpath.name)
-    effort = options.counts()
-    machine = hold(with_powers(machine), constraints.hold)
+    effort, machine = options.counts(), hold(with_powers(machine), constraints.hold)
     toolpath, timed = constraints.zoned(toolpath), time_findings(machine) if options.is_timed else ()
     toolpath = replace(toolpath, findings=(*toolpath.findings, *power_findings(machine), *timed))
 
@@ -147,11 +146,8 @@ def _held_ends(path: Toolpath, machine: Machine) -> TiltBounds:
 class Narrow:
     """Bounds at a path's locations, narrow enough for those that are given to hold in between, too.
 
-    Parameters
-    ----------
-    machine : with limits of its linear axes narrower by `reserve`, mm
-    constraints : with the largest turn
-    turning : whose axes may turn as far as the programmed tool axes need; None for the usual turns
+    Limits of the machine's linear axes are narrower by a reserve, mm; the constraints have the largest turn.
+    Axes of the machine `turning` may turn as far as the programmed tool axes need; None for the usual turns.
     """
 
     machine: Machine
@@ -173,12 +169,9 @@ class Narrow:
 
 @dataclass(frozen=True, eq=False)
 class Attempt:
-    """A solution within some bounds.
+    """A solution within some bounds; rank and breach are as of `Delivery.delivered`.
 
-    Parameters
-    ----------
-    found, rank, breach : as of `Delivery.delivered`
-    fault : why it can't be delivered; None where it can
+    A fault says why it can't be delivered.
     """
 
     found: Optimum
@@ -191,12 +184,7 @@ class Attempt:
 class Attempts:
     """Attempts to solve a path, within bounds that may have to be narrower than those that are given.
 
-    Parameters
-    ----------
-    toolpath : with its zone and findings
-    machine : with powers and held axes
-    constraints, options : as for `optimise_postures`
-    effort, cone : of these
+    Parameters are as for `optimise_postures`; the toolpath has its zone, the machine powers and held axes.
     """
 
     toolpath: Toolpath
@@ -209,8 +197,7 @@ class Attempts:
     def best(self, given: Narrow) -> Optimum:
         """Solve a path, again within narrower bounds where bounds are broken between its locations.
 
-        A large turn within one move may hop over the hole that a least angle to the normal leaves; blocks
-        between two locations at the end of an axis's travel may go some micrometres beyond.
+        Large turns may hop over directions too near to the normal, and inserted blocks go beyond a limit.
         """
         attempts = [self._on_turns(given)]
         narrow = given

@@ -34,11 +34,9 @@ LONGEST_HOP = np.radians(60.0)
 ROTARY_EXCESS_PRICE, LINEAR_EXCESS_PRICE = 100.0, 1.0
 # An axis value past its limit, or a cosine past its bound, by less than this is rounding (mm, rad, 1).
 ALLOWED = 1e-9
-
-# Price of a violation where it isn't forbidden, J per mm, per rad and per unit of cosine.
-VIOLATION_PRICE = 1e4
-# Price of a cut's turn beyond its bound, J/rad: higher than of any turn of a link.
-CUT_TURN_PRICE = 1e5
+# Price of a violation where it isn't forbidden, J per mm, per rad and per unit of cosine; of a cut's turn
+# beyond its bound, J/rad, higher than of any turn of a link.
+VIOLATION_PRICE, CUT_TURN_PRICE = 1e4, 1e5
 
 Rows = IntArray | slice
 
@@ -166,10 +164,7 @@ class Problem(StepTable):
         return np.any([np.isfinite(b.reference).all(axis=1) for b in self.bounds], axis=0)
 
     def thinned(self, rows: IntArray) -> Problem:
-        """Return the same problem on some of its locations.
-
-        Costs are averaged over each gap; bounds on rotary steps add up over it, up to `LONGEST_HOP`.
-        """
+        """Return the problem of some locations: costs are averaged, step bounds add up to `LONGEST_HOP`."""
         largest = np.max(self.max_turn, initial=0.0, where=np.isfinite(self.max_turn))
         few = super().thinned(rows)
         turns = np.minimum(few.max_turn, np.maximum(LONGEST_HOP, largest))
@@ -197,10 +192,7 @@ class Problem(StepTable):
         return np.maximum(self.machine.limit_excess(positions), 0.0).sum(axis=-1)
 
     def excess(self, rotary: Array) -> Array:
-        """Find by how much a path, (n, 2) rad, breaks bounds and limits at its locations, (n,).
-
-        It is a cosine past its bound or axis values past their limits, mm or rad, whichever is larger.
-        """
+        """Find how far a path, (n, 2) rad, breaks bounds or limits at locations, (n,): cosine, mm or rad."""
         positions, excess = self.placed(slice(None), rotary)
         return np.asarray(np.fmax(excess, self.limit_excess(positions)))
 

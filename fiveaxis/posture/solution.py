@@ -33,11 +33,8 @@ from fiveaxis.posture.local.optima import Optimality, optimality
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.turns.stops import Rewind
 
-# Name of the result beside those of its baselines.
-RESULT = "optimised"
-# Name of the baseline with the input's own postures.
-AS_PROGRAMMED = "as-programmed"
-
+# Names of the result, and of the baseline with the input's own postures.
+RESULT, AS_PROGRAMMED = "optimised", "as-programmed"
 # Locations of the longest path of which distance from an optimum is measured: a million would take 7 GB.
 MOST_MEASURED = 50_000
 
@@ -317,8 +314,7 @@ class Optimum(ShownAsTable, HasColumns):
     def energy_range(self, *, with_base: bool = False) -> tuple[float, float]:
         """Compute between which energies the program's lies, J; `with_base` is as for `savings_ranges`.
 
-        Drives are anywhere within the bands of estimated ones; above, they take their whole constant power
-        below the slowest measured speed, too (`Energy.most`).
+        Drives are anywhere in the bands of estimated ones; above, `Energy.most` says what they take at most.
         """
         energy, drawn = self.energy, self._drawn(self.energy, with_base)
         above = 0.0 if energy.most is None else energy.most - energy.total

@@ -18,19 +18,9 @@ from fiveaxis.base import Array, IntArray, compiled, sine
 BLOCK = 64
 
 # CasADi's instructions that have a compiled form.
-CONSTANT = ca.OP_CONST
-INPUT = ca.OP_INPUT
-OUTPUT = ca.OP_OUTPUT
-ADD = ca.OP_ADD
-SUBTRACT = ca.OP_SUB
-MULTIPLY = ca.OP_MUL
-DIVIDE = ca.OP_DIV
-NEGATE = ca.OP_NEG
-INVERT = ca.OP_INV
-ROOT = ca.OP_SQRT
-SINE = ca.OP_SIN
-COSINE = ca.OP_COS
-COPY = ca.OP_ASSIGN
+CONSTANT, INPUT, OUTPUT, COPY = ca.OP_CONST, ca.OP_INPUT, ca.OP_OUTPUT, ca.OP_ASSIGN
+ADD, SUBTRACT, MULTIPLY, DIVIDE = ca.OP_ADD, ca.OP_SUB, ca.OP_MUL, ca.OP_DIV
+NEGATE, INVERT, ROOT, SINE, COSINE = ca.OP_NEG, ca.OP_INV, ca.OP_SQRT, ca.OP_SIN, ca.OP_COS
 KNOWN = {CONSTANT, INPUT, OUTPUT, ADD, SUBTRACT, MULTIPLY, DIVIDE, NEGATE, INVERT, ROOT, SINE, COSINE, COPY}
 # Those of one number that are others of twice the same.
 WITH_ITSELF = {ca.OP_SQ: MULTIPLY, ca.OP_TWICE: ADD}
@@ -94,7 +84,7 @@ class Tape:
 
     def evaluate(self, arguments: Array, values: Array) -> None:
         """Evaluate rows of arguments, (n, p or more), into the first columns of values, (n, o or more)."""
-        play(self.steps, self.constants, self.registers, arguments, values)
+        play(*self.parts, arguments, values)
 
 
 @compiled

@@ -1,9 +1,9 @@
 """The terms of the optimisation problem, each written once.
 
 Everything nonlinear is a *quantity* of one location: axis values and tool axis are CasADi expressions of its
-rotary angles (`location_tapes`). A term is linear in the quantities of one or more consecutive locations, and
-has prices and bounds for each of its rows. Its expression works on columns of arrays, to price a path, and on
-CasADi symbols, to derive its coefficients. To add a term, add a function to `TERMS`: all else reads that.
+rotary angles (`location_tapes`). A term is linear in those of one or more consecutive locations, with prices
+and bounds. Its expression works on columns of arrays, to price a path, and on CasADi symbols, to derive its
+coefficients. To add a term, add a function to `TERMS`: all else reads that.
 """
 
 from __future__ import annotations
@@ -34,11 +34,8 @@ WRITING = Lock()
 class Quantities(NamedTuple):
     """The quantities of one location, each a scalar.
 
-    Parameters
-    ----------
-    positions : (k,), mm and rad, machine axis order
-    axis : (3,), unit vector, workpiece frame
-    wait : s, by which the step to the next location takes longer than at the feed
+    They are axis values, (k,) mm and rad, the tool axis, (3,), workpiece frame, and s by which the step to
+    the next location takes longer than at the feed.
     """
 
     positions: Sequence[Scalar]
@@ -105,8 +102,7 @@ class Term:
     def coefficients(self, count: int) -> tuple[IntArray, Array]:
         """Derive the rows' coefficients with respect to the quantities, `count` of each location.
 
-        Columns, (o, z), are indices into the quantities of a window's locations; −1 where a row has fewer,
-        and the coefficients, (w, o, z), are 0 there.
+        Columns, (o, z), are indices into a window's quantities, −1 for none; coefficients are (w, o, z).
         """
         columns, tape = _coefficients(self.expression, self.span, self.data.shape[1], count)
         return columns, tape(self.data).reshape(len(self.data), *columns.shape)
@@ -135,13 +131,8 @@ def _coefficients(expression: Expression, span: int, data: int, count: int) -> t
 class LocationTapes:
     """The k + 3 quantities that depend on the rotary angles, axis values then tool axis, and derivatives.
 
-    Each is compiled when it is first asked for.
-
-    Parameters
-    ----------
-    location : (8,), symbols: both rotary angles in rad, pivot in mm and normal
-    quantities : (k + 3,), expressions of them
-    slopes, bows : (k + 3,) each, their derivatives by the first and the second angle, and 11, 12 and 22
+    They are expressions of a location's symbols, (8,): both angles, rad, pivot, mm, and normal. Slopes are
+    by the first and the second angle, bows 11, 12 and 22.
     """
 
     location: ca.SX

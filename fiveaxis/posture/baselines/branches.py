@@ -42,12 +42,10 @@ CHUNK = 64
 
 @dataclass(frozen=True, eq=False)
 class Postures:
-    """Axis values that give tool axes, for both branches.
+    """Axis values that give tool axes, (2, n, k) mm and rad, on both branches.
 
-    Parameters
-    ----------
-    positions : (2, n, k), mm and rad; angles are shifted into the limits by whole turns if possible
-    allowed : (2, n), whether the branch exists and keeps every limit
+    Angles are shifted into the limits by whole turns if possible; a branch is allowed, (2, n), where it
+    exists and keeps every limit.
     """
 
     positions: Array

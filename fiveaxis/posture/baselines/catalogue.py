@@ -48,10 +48,8 @@ from fiveaxis.posture.strategy.turn_bounds import free_angles, is_holding
 
 # Step of the lead and lean angles of `lead-lean`.
 LEAN_STEP = np.radians(15.0)
-# Grid of the single posture of `fixed`, and the share of its cost that is rounding.
-FIXED_STEP, ROUNDING = np.radians(3.0), 1e-9
-# Approximate number of postures placed at once while pricing them.
-FIXED_ROWS = 50_000
+# Grid of the single posture of `fixed`, share of its cost that is rounding, and postures placed at once.
+FIXED_STEP, ROUNDING, FIXED_ROWS = np.radians(3.0), 1e-9, 50_000
 # Candidates of `lead-lean` are ranked on about this many locations; the best few are priced on all.
 RANKING_LOCATIONS, RANKED_KEPT = 400, 6
 # Distance of unit vectors that is rounding.
@@ -100,10 +98,7 @@ def find_baselines(
 
 
 def as_programmed(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Array:
-    """Follow the tool axes of the input; (n, 2) rad.
-
-    A program's own angles are kept, with whole turns, if they fit this machine; else the cheapest branches.
-    """
+    """Follow the input's own angles, if they fit this machine, or else its tool axes; (n, 2) rad."""
     if not toolpath.has_axes:
         raise NoBaseline("the input has no tool axes")
     own = toolpath.rotary
@@ -116,10 +111,7 @@ def as_programmed(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Arr
 
 
 def along_normal(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Array:
-    """Keep the tool as close to the reference direction as the tilt range and the limits allow; (n, 2) rad.
-
-    The lean is upwards, towards the tool axis at home: what a programmer would choose on an overhanging wall.
-    """
+    """Keep the tool as near to the reference as range and limits allow, leaning upwards; (n, 2) rad."""
     if is_holding(machine):
         rotary, open_rows = nearest_held(toolpath, machine, tilt)
         if open_rows.any():
@@ -253,10 +245,7 @@ def _fixed_costs(toolpath: Toolpath, machine: Machine, grid: Array) -> Array:
 
 
 def greedy(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, anchor: Array | None = None) -> Array:
-    """Take at each location the cheapest move from the one before, without looking ahead; (n, 2) rad.
-
-    It starts from the path of `along_normal`, or `anchor`, (n, 2) rad, and falls back to it where it has to.
-    """
+    """Take the cheapest move at every location; else the anchor's, by default `along_normal`; (n, 2) rad."""
     anchor = along_normal(toolpath, machine, tilt) if anchor is None else anchor
     normal = np.nan_to_num(toolpath.normal)
     model = LocationModel.of(machine, toolpath.zone, toolpath.pivot, normal, tilt.all)
@@ -279,13 +268,9 @@ def walk(
 ) -> Array:
     """Take the cheapest move at every location, first coarse then fine, or the one to the anchor; (n, 2) rad.
 
-    Parameters
-    ----------
-    limits : (2, k), mm and rad
-    columns : of the rotary axes, chain order
-    plus, minus : (n, k), J/mm and J/rad, prices of the move into each location
-    anchored : (n, k), mm and rad, a path that is admissible everywhere; brought near by whole turns
-    coarse, fine : (m, 2), rad, offsets
+    The anchored path, (n, k) mm and rad, is admissible everywhere, and brought near by whole turns. Limits
+    are (2, k) mm and rad; columns are of the rotary axes, chain order; prices, plus and minus, (n, k) J/mm
+    and J/rad, are of the move into each location; offsets, (m, 2), are in rad.
     """
     axes, count = anchored.shape[1], max(len(coarse), len(fine))
     rotary, around, here, there = np.empty((len(anchored), 2)), np.empty(2), np.empty(axes), np.empty(axes)

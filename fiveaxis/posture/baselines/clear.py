@@ -38,9 +38,8 @@ def moved_clear(
 ) -> tuple[dict[str, Baseline], dict[str, str]]:
     """Move baselines where a mask refuses them to the nearest postures that mask and bounds admit.
 
-    Nearest is meant in the unwrapped rotary angles. Along consecutive refused locations the posture stays on
-    one side of the obstacle unless that is a detour. Moved baselines have a note; those without a clear path
-    are returned apart, with the reason.
+    Along consecutive refused locations the posture stays on one side of the obstacle unless that is a detour.
+    Moved baselines have a note; those without a clear path are returned apart, with the reason.
     """
     clear, machine = _Clear(problem, mask), problem.machine
     kept, missing = {}, {}
@@ -134,10 +133,7 @@ class _Clear:
         return inner, outer
 
     def _directions(self, rows: IntArray, every: Array, rotary: Array) -> IntArray:
-        """Choose a direction for each refused location, (r,), by dynamic programming along runs of them.
-
-        Offsets are small, and change little from one location to the next; turning too far is a last resort.
-        """
+        """Choose a direction for each refused location, (r,): near the baseline, and as at its neighbours."""
         taken = np.empty(len(rows), dtype=np.int64)
         away = np.where(np.isfinite(every), every, 0.0)[..., None] * _direction(ANGLES)
         for run in np.split(np.arange(len(rows)), np.flatnonzero(np.diff(rows) > 1) + 1):

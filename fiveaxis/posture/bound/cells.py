@@ -33,10 +33,9 @@ from fiveaxis.model import (
 HUGE = 1e9
 # Cells that are cut at once, so that they stay in the processor's cache.
 BLOCK = 16_384
-# Share of a cell that rounding may add to an axis's width.
-SLACK = 1e-9
-# Enclosures are widened by this to cover rounding: mm and as a share, and cosines.
-ROUNDING = 1e-7
+# To cover rounding: share of a cell that it may add to an axis's width; enclosures are widened by mm and as a
+# share, and cosines.
+SLACK, ROUNDING = 1e-9, 1e-7
 
 
 class Side(NamedTuple):
@@ -137,8 +136,7 @@ def _slopes(entry: Enclosure | float, count: int) -> Array:
 def _swing(machine: Machine, axis: Array, sides: tuple[Side, Side]) -> Array:
     """Bound the angle of the tool axis from its direction in the middle of a cell, (c,) rad.
 
-    A turn moves it by the turn times the sine of its angle to the rotary axis; the second axis changes that
-    angle for the first.
+    It moves by the turn times the sine of its angle to an axis; the second one changes that for the first.
     """
     first, second = (np.array(j.line.direction) for j in machine.chain.joints if j.is_rotary)
     half = [0.5 * side.step for side in sides]
@@ -261,10 +259,7 @@ def _offset_range(
     normal: Array,
     window: Window,
 ) -> tuple[float, float]:
-    """Enclose an axis' share of an offset a beside the tool axis, ``M·a·e``: middle and radius, mm.
-
-    Over a cell e turns by at most the swing over the sine of the lean.
-    """
+    """Enclose an axis's share ``M·a·e`` of an offset a beside the tool axis: middle and radius, mm."""
     cosine, along, own, size = 0.0, 0.0, 0.0, 0.0
     for j in range(3):
         cosine += axis[j] * normal[j]
@@ -273,6 +268,7 @@ def _offset_range(
         size += row[j] ** 2
     length = np.sqrt(max(1.0 - cosine**2, 0.0))
     least = np.sin(max(math.asin(min(length, 1.0)) - swing, 0.0))
+    # Over a cell e turns by at most the swing over the sine of the lean.
     turned = 2.0 if 2.0 * least <= swing else swing / least
     steepest = 0.0
     for a in range(2):

@@ -40,11 +40,8 @@ WORTHWHILE = 2e-3
 class Crossed:
     """What it costs at least to cross all visits, J; infinite if some location has no admissible posture.
 
-    Parameters
-    ----------
-    work : sources, corners and cells that were looked at, as times of a source
-    most : corners of a visit
-    cells : of the rotary angles
+    Work, in times of a source, is what was looked at; a visit has at most so many corners, and the rotary
+    angles so many cells.
     """
 
     total: float
@@ -91,13 +88,9 @@ class Level:
 
 @dataclass
 class Climb:
-    """Levels whose bounds are known, and what steps of each kind gave.
+    """Levels whose bounds are known, and what steps of each kind gave; `most` is the work in all.
 
-    Parameters
-    ----------
-    bound, most : computes the bound of a level; work in all
-    known : the bound of each level
-    rates, costs : growth of the bound per growth of the work by each kind, in logarithms; of the work
+    A step makes the work grow by its cost, and the logarithm of the bound by its rate times that of the cost.
     """
 
     bound: Callable[[Level], Crossed]

@@ -48,11 +48,6 @@ class Lattice:
         """(5,) rad and mm, both rotary angles first."""
         return np.array([*(side.step * self.factor for side in self.sides), *self.step])
 
-    @property
-    def across(self) -> Array:
-        """(5,) rad and mm, from one end of the lattice to the other, or more."""
-        return self.steps * np.array([*self.counts, *np.ceil((self.high - self.low) / self.step) + 1.0])
-
     def touch(self, enclosed: Enclosed) -> Corners:
         """Find the corners that a location touches."""
         cell, low, high = enclosed

@@ -67,9 +67,8 @@ LINEAR, FINENESS = 0.4, 0.75
 MOST_STEPS = 64
 # Share of cells beyond each end of the linear axes' range that may be left out.
 LEFT_OUT = 0.02
-THREADS = 2
 # rad: rounding of a turn.
-SAME_TURN = 1e-6
+THREADS, SAME_TURN = 2, 1e-6
 
 
 @dataclass(frozen=True)
@@ -244,8 +243,7 @@ def _ranges(machine: Machine, toolpath: Toolpath, tilt: TiltBounds) -> list[tupl
 def hull_of(visits: Visits) -> tuple[Array, Array]:
     """Find between which values the linear axes are in most cells at some visits, (3,) mm each.
 
-    It may leave out cells in which the axes go far, next to postures in which they can't reach the part:
-    paths are moved onto this hull, which makes none longer.
+    Paths are moved onto this hull, which makes none longer, so a few cells with far axes may be left out.
     """
     ranges = _ranges(visits.machine, visits.toolpath, visits.tilt)
     low, high = (np.concatenate(ends) for ends in zip(*ranges, strict=True))
@@ -269,12 +267,8 @@ def _linear_steps(visits: Visits, step: float, hull: tuple[Array, Array]) -> Arr
 class Visits:
     """Locations that a path has to visit, in order; both rotary axes come before the linear ones.
 
-    Parameters
-    ----------
-    machine : two rotary and three linear axes
-    toolpath, tilt : of m locations
-    plus, minus : (m − 1, 5), J/rad and J/mm, least price of travel between a visit and the next
-    turn : (m − 1,), rad, most that each rotary axis turns between them; infinite where unbounded
+    Prices, (m − 1, 5) J/rad and J/mm, are the least of travel between a visit and the next; turns, (m − 1,)
+    rad, the most of each rotary axis there, infinite where unbounded.
     """
 
     machine: Machine
@@ -330,7 +324,9 @@ def cross(
     """Find the least cost of touching a box at every visit; prices are rounded down, so it isn't too high."""
     count = len(visits.toolpath)
     dearest = np.maximum(visits.plus, visits.minus).max(axis=0, initial=0.0)
-    quantum = float(product(lattice.across, dearest)) / ACROSS or 1.0
+    # From one end of the lattice to the other, or more.
+    across = np.array([*lattice.counts, *np.ceil((lattice.high - lattice.low) / lattice.step) + 1.0])
+    quantum = float(product(lattice.steps * across, dearest)) / ACROSS or 1.0
     total, most, work = 0, 0, CUT * len(cells.axis) + (VISIT + CELL * len(cells.axis)) * count
     before: Corners | None = None
     for i, corners in enumerate(_touched(visits, cells, lattice, pool)):

@@ -46,22 +46,16 @@ class Prices(NamedTuple):
         """Round prices of travel, (5,) J/rad and J/mm, down to quanta a step, and a largest turn, rad, up."""
         up, down = (np.floor(price * lattice.steps / quantum).astype(np.int64) for price in (plus, minus))
         most = np.ceil((turn if turn <= WIDE else np.inf) / lattice.steps[:2] - SLACK)
-        first, second = (
-            _turn_costs(count, int(up[i]), int(down[i]), most[i], side.wraps)
-            for i, (count, side) in enumerate(zip(lattice.counts, lattice.sides, strict=True))
-        )
-        return cls(up, down, first, second)
-
-
-def _turn_costs(count: int, up: int, down: int, most: float, wraps: bool) -> IntArray:
-    """Price turns by −(count − 1) … count − 1 steps, in the cheaper direction around a circle."""
-    turns = np.arange(-(count - 1), count)
-    forward, backward = (turns % count, -turns % count) if wraps else (turns, -turns)
-    costs = (
-        np.where((steps >= 0) & (steps <= most), steps * price, FAR)
-        for steps, price in ((forward, up), (backward, down))
-    )
-    return np.minimum(*costs)
+        tables = []
+        for i, (count, side) in enumerate(zip(lattice.counts, lattice.sides, strict=True)):
+            turns = np.arange(1 - count, count)
+            ways = (turns % count, -turns % count) if side.wraps else (turns, -turns)
+            costs = [
+                np.where((w >= 0) & (w <= most[i]), w * p[i], FAR)
+                for w, p in zip(ways, (up, down), strict=True)
+            ]
+            tables.append(np.minimum(*costs))
+        return cls(up, down, *tables)
 
 
 class Sources(NamedTuple):
@@ -248,10 +242,7 @@ class Neighbours(NamedTuple):
 def find_sources(
     corners: Corners, prices: Prices, neighbours: Neighbours, begin: int, end: int
 ) -> tuple[IntArray, IntArray, IntArray]:
-    """Find the corners of some groups that aren't dominated: whose cost isn't a neighbour's plus the step.
-
-    Return group, (s,), corner of the linear axes, (s, 3), and cost, (s,), of each, in the order of groups.
-    """
+    """Find the corners of groups that no neighbour explains: group, (s,), corner, (s, 3), and cost, (s,)."""
     most = corners.start[end] - corners.start[begin]
     of = np.empty(most, np.int64)
     corner, cost = np.empty((most, 3), np.int64), np.empty(most, np.int32)

@@ -23,8 +23,7 @@ from fiveaxis.posture.search.successors import Resolution, sparse_rows, turning_
 from fiveaxis.posture.solution import Baseline, Optimum, SolverStep, program_energy
 from fiveaxis.posture.strategy.effort import resolution
 from fiveaxis.posture.strategy.fairing import faired, within_turns
-from fiveaxis.posture.strategy.program_path import Breach, Candidate, Delivered, Instance
-from fiveaxis.posture.strategy.programs import SHARPEST, Programs
+from fiveaxis.posture.strategy.programs import SHARPEST, Breach, Candidate, Delivered, Instance, Programs
 
 # Share of a step below which a turn counts as none when time is the objective, by round.
 SHARPNESS = (0.1, 0.03, SHARPEST, SHARPEST, SHARPEST)
@@ -47,12 +46,9 @@ Found = TypeVar("Found")
 
 @dataclass(eq=False)
 class Delivery(Programs):
-    """Solves a path on the locations of its program.
+    """Solves a path on the locations of its program; stages record what was done.
 
-    Parameters
-    ----------
-    at_knots : whether the path to begin with was searched and refined on some of its locations
-    stages : what was done so far
+    With `at_knots` the path to begin with was searched and refined on some of its locations.
     """
 
     at_knots: bool = False
@@ -90,7 +86,7 @@ class Delivery(Programs):
         motion = motion if len(path) == len(self.given) else replace(motion, location=best.instance.location)
         compared = {}
         for number, (name, energy) in enumerate(energies.items(), start=len(given)):
-            self._pricing(number, 2 * len(given))
+            self._steps("price")(number, 2 * len(given))
             compared[name] = self._compared(given[name], energy, best, motion.location)
         findings = best.findings(self.near.mask or Mask())
         found = replace(
@@ -112,7 +108,7 @@ class Delivery(Programs):
         """Price baselines as programs: energies by name; of those without a program, the reason."""
         missing, energies, machine = dict(solution.missing), dict[str, Energy](), solution.machine
         for number, (name, baseline) in enumerate(solution.compared.items()):
-            self._pricing(number, 2 * len(solution.compared))
+            self._steps("price")(number, 2 * len(solution.compared))
             fill = self.filling.fill(self.given, machine, baseline.motion)
             try:
                 energies[name] = self.energy(self.filling.thin(require_blocks(fill)).blocks, machine)
@@ -138,11 +134,6 @@ class Delivery(Programs):
             energy = program_energy(machine, path, motion, self.filling, self.options.clock)
         return replace(baseline, motion=motion, energy=energy)
 
-    @property
-    def _pricing(self) -> Steps:
-        """Takes the baselines that have been priced, and their number."""
-        return partial(self.options.progress, STAGES["price"])
-
     def run(self, rotary: Array, *, everywhere: bool = False) -> Delivered:
         """Find the best program from a path, (n, 2) rad, chain order, at the given locations.
 
@@ -152,7 +143,7 @@ class Delivery(Programs):
         if len(rotary) == 1:
             resolution = self.near.effort.nested[0].everywhere[0]
             costs = self.costs(here.instance)
-            found = self.near.found_anywhere(here.instance, costs, resolution, self._steps)
+            found = self.near.found_anywhere(here.instance, costs, resolution, self._steps())
             return self.final(here if found is None or not here.broken else self.priced(found))
         if self.at_knots:
             # It was solved at its knots until nothing more was saved; in between once is enough.
@@ -163,10 +154,9 @@ class Delivery(Programs):
             return self._by_search(here)
         return self.final(min(self._improved(here), here, key=rank))
 
-    @property
-    def _steps(self) -> Steps:
-        """Takes the locations that a search has done, and their number."""
-        return partial(self.options.progress, STAGES["search"])
+    def _steps(self, stage: str = "search") -> Steps:
+        """Return what takes the steps of a stage that are done, and their number."""
+        return partial(self.options.progress, STAGES[stage])
 
     def _by_search(self, start: Delivered) -> Delivered:
         """Search effort by effort; each begins with what the smaller one found.
@@ -230,12 +220,12 @@ class Delivery(Programs):
         """
         if self.near.mask:
             return [task(self) for task in tasks]
-        parts, heard = [], self.options
+        parts: list[Delivery] = []
         for _ in tasks:
-            own = replace(heard, checkpoint=self.options.checkpoint.part())
-            parts.append(replace(self, stages=[], options=own))
             # Only the first reports progress.
-            heard = replace(self.options, progress=unheard)
+            progress = unheard if parts else self.options.progress
+            own = replace(self.options, progress=progress, checkpoint=self.options.checkpoint.part())
+            parts.append(replace(self, stages=[], options=own))
         answers = at_once([partial(task, part) for task, part in zip(tasks, parts, strict=True)])
         self.stages += [stage for part in parts for stage in part.stages]
         return answers
@@ -245,10 +235,9 @@ class Delivery(Programs):
     ) -> Candidate | None:
         """Search all postures on some of the locations, and refine what is found there; None for no path.
 
-        A known path, (n, 2) rad at the given locations, is refined instead. With `queries_all` the mask is
-        queried everywhere.
+        A known path, (n, 2) rad, is refined instead; with `queries_all` the mask is queried everywhere.
         """
-        self._steps(0, 1)
+        self._steps()(0, 1)
         instance = self.given_instance
         if self.given.slack is None:
             # Else the program is revised in its own lines, and gets no further ones for the search.
@@ -263,7 +252,7 @@ class Delivery(Programs):
             if known is not None:
                 return interpolate(known, few.location)
             prices = self.costs(instance, other=True).thinned(rows) if resolution.by_other_price else costs
-            return self.near.found_anywhere(few, prices, resolution, self._steps, queries_all)
+            return self.near.found_anywhere(few, prices, resolution, self._steps(), queries_all)
 
         name = "path to begin with" if known is not None else "search of all postures"
         found = self._found(search, name, unsearched)
@@ -297,7 +286,7 @@ class Delivery(Programs):
         """Search about what was found among all postures, and refine it once on its program's locations."""
         for around in self.near.effort.around:
             few, costs = candidate.few, candidate.costs
-            search = partial(self.near.searched, few, costs, around, candidate.path, self._steps)
+            search = partial(self.near.searched, few, costs, around, candidate.path, self._steps())
             near = self._found(search, "search about it", candidate)
             candidate = min((one for one in (near, candidate) if one), key=rank)
         here = self.priced(candidate.rotary, candidate.instance)
@@ -346,10 +335,7 @@ class Delivery(Programs):
         return min(tried, key=rank)
 
     def _cured(self, here: Delivered) -> Delivered:
-        """Search a corridor about a program's postures, and again while that breaks a bound.
-
-        Around postures that the mask refuses a wide corridor is searched, of more and more locations.
-        """
+        """Search corridors, wide ones around refused postures, while a program breaks a bound."""
         best, refused = here, np.inf
         for number in range(MOST_CURES):
             if 0 < here.refused.sum() < refused:
@@ -368,10 +354,10 @@ class Delivery(Programs):
         self, program: Delivered, resolution: Resolution, free: BoolArray | None = None
     ) -> Delivered:
         """Search a corridor about a program's postures once, everywhere or where it is free."""
-        self._steps(0, 1)
+        self._steps()(0, 1)
         instance = program.denser
         costs = self.costs(instance, program)
-        search = partial(self.near.searched, instance, costs, resolution, program.filled, self._steps, free)
+        search = partial(self.near.searched, instance, costs, resolution, program.filled, self._steps(), free)
         path = self.options.checkpoint.found(search)
         here = self.priced(path, instance)
         self._note(f"corridor of {np.degrees(resolution.radius):.3g} deg", here, program.cost)
@@ -387,7 +373,7 @@ class Delivery(Programs):
         if before is not None and not before.broken:
             most = min(most, before.cost)
         kept = [one for one in kept if not one.broken and one.cost <= most]
-        return min(kept, key=attrgetter("starts_and_travel"))
+        return min(kept, key=lambda one: (one.energy.steadiness.events, one.energy.travel))
 
     @property
     def _sharpness(self) -> Sequence[float]:
@@ -398,5 +384,6 @@ class Delivery(Programs):
     def _note(self, name: str, here: Delivered, before: float | None) -> None:
         """Record a step that has led from a cost, J, to a program."""
         broken = f", bounds broken by {here.broken:.2g}" if here.broken else ""
-        status = f"{len(here.instance.path)} locations, {here.inserted} more in the program{broken}"
+        solved = len(here.instance.path)
+        status = f"{solved} locations, {len(here.denser.path) - solved} more in the program{broken}"
         self.stages.append(SolverStep(name, status, 0, before, here.cost))

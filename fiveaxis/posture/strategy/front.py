@@ -25,10 +25,8 @@ from fiveaxis.posture.options import DEFAULTS, Options
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.solution import Optimum, Unwrapped, program_energy
 
-# How many shares of the feed are tried in each move.
-TRIED = 7
-# Relative difference of costs that is rounding.
-SAME = 1e-9
+# How many shares of the feed are tried in each move; relative difference of costs that is rounding.
+TRIED, SAME = 7, 1e-9
 # Ends of the sweep, in multiples of the price at which all bends cost as much as all travel.
 FAINTEST, STRONGEST = 0.01, 100.0
 # Shortest move, mm, with a meaningful turn per mm.
@@ -45,8 +43,7 @@ class Front:
 
     Parameters
     ----------
-    points : by increasing energy, or cost with another objective; the first is the solution, the last the
-        fastest or smoothest
+    points : by increasing energy, or cost with another objective; the last is the fastest or smoothest
     dominated : how many solutions were left out because another one is as good in everything
     solutions : of each point, with its baselines
     """
@@ -81,8 +78,8 @@ def find_front(
     """Find solutions between the cheapest program and the fastest or smoothest one.
 
     The first is what `optimise_postures` finds. Where the control's clock is known, the others are searched
-    with increasing prices of time, and the last for least time. Elsewhere steadiness stands for time, by
-    prices of bends. None interrupts more cuts than the first to rewind an axis.
+    with increasing prices of time, and the last for least time; elsewhere with increasing prices of bends.
+    None interrupts more cuts than the first to rewind an axis.
 
     Parameters
     ----------
@@ -91,10 +88,6 @@ def find_front(
     options : as for `optimise_postures`, without `smoothing` and `bound`
     feed_share : least share of the feed, 0…1, to which cuts may be slowed where that saves energy; by default
         they keep their feed
-
-    Returns
-    -------
-    The front; solutions that another one dominates (`FrontPoint.figures`) are only counted.
 
     Raises
     ------
@@ -107,7 +100,6 @@ def find_front(
         raise SettingError(
             f"feed_share slows cuts to save energy, and the objective is {options.objective}; leave one out"
         )
-    by_clock = not options.is_timed and not options.clock.is_programmed(machine)
     done = 0
 
     def searched(**changes: Any) -> Optimum:
@@ -119,7 +111,7 @@ def find_front(
         return found
 
     solution = searched()
-    search = _by_clock if by_clock else _by_bends
+    search = _by_bends if options.is_timed or options.clock.is_programmed(machine) else _by_clock
     members = search(solution, n, options, searched)
     if feed_share is not None:
         slower = [_slower(*member, feed_share, patience) for member in members for patience in PATIENCE]
@@ -153,9 +145,8 @@ def _by_clock(solution: Optimum, n: int, options: Options, searched: Callable[..
 def _by_bends(solution: Optimum, n: int, options: Options, searched: Callable[..., Optimum]) -> list[Member]:
     """Search solutions with an increasing price of bends, J/rad²; at each price the best of all stays.
 
-    The first price is 0; the others are a geometric series about the one at which the bends of the first
-    solution cost as much as its program. If speeds are known, the price of delay rises with them: in the
-    middle by the mean power of the travel.
+    Prices are 0 and a geometric series about the one at which the bends of the first solution cost as much
+    as its program. If speeds are known, the price of delay rises, too: in the middle by the mean power.
     """
     problem, bend = solved(solution).problem, _bend(solved(solution))
     least = (solution.machine.base_power or 0.0) if options.time_price is None else options.time_price
@@ -173,8 +164,8 @@ def _by_bends(solution: Optimum, n: int, options: Options, searched: Callable[..
     points = []
     for one in found:
         own = solved(one).problem
-        timed = options.is_timed
-        unpriced = replace(own, bend_price=0.0 * own.bend_price) if timed else _unpriced(one, problem)
+        free = replace(own, bend_price=0.0 * own.bend_price)
+        unpriced = free if options.is_timed else _unpriced(one, problem)
         points.append(measured(one, own.time_price, unpriced))
     members = []
     for price in prices:
@@ -302,10 +293,7 @@ def interrupted_cuts(solution: Optimum) -> int:
 
 
 def measured(solution: Optimum, time_price: float, unpriced: Problem) -> FrontPoint:
-    """Evaluate a solution found with a price of delay, W; its turns are those without rewinds.
-
-    `unpriced` is its problem, without the prices that differ from point to point.
-    """
+    """Evaluate a solution found with a price of delay, W; `unpriced` is its problem at the first prices."""
     found = solved(solution)
     path, rotary, rewinds = found.toolpath, found.rotary, found.rewinds
     driven = solution.motion if solution.unwrapped is None else follow(path, unpriced.machine, rotary)

@@ -37,10 +37,8 @@ FEW_RINGS, FEW_AXES = 7, 12
 BEYOND = np.radians(np.concatenate([np.arange(0.25, 15.0, 0.25), np.arange(15.0, 180.0, 1.0)]))
 # Distances inside several bounds to which axes are drawn (rad), and the stride of those axes.
 INSETS, DRAWN_STRIDE = np.radians([0.5, 0.02]), 29
-# Most locations for which a remedy is sought.
-MOST_ADVISED = 100
-# Postures of a location at which a mask is queried.
-SAMPLES = 400
+# Most locations for which a remedy is sought, and postures of one at which a mask is queried.
+MOST_ADVISED, SAMPLES = 100, 400
 
 
 def unreachable(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> list[Finding]:
@@ -100,11 +98,8 @@ def _leaning(reference: Array, angle: Array | float, turn: Array | float) -> Arr
 class _Tried:
     """Postures of one location, and what each of them violates of the limits and the b bounds on the lean.
 
-    Parameters
-    ----------
-    angles : (m, b), deg, to the bounds' references
-    positions : (m, k), mm and deg
-    excess : (m, b + k), mm and deg, beyond each bound and each axis's limits; 0 within
+    Angles to the bounds' references, (m, b), are in deg; axis values, (m, k), and the excess beyond each
+    bound and each axis's limits, (m, b + k), in mm and deg.
     """
 
     machine: Machine
@@ -206,10 +201,7 @@ def _past_limit(machine: Machine, shown: Array, column: int) -> str:
 
 
 def without_path(problem: Problem, toolpath: Toolpath, found: Array, mask: Mask | None = None) -> Infeasible:
-    """Say where no sequence of postures leads on, or what the best one breaks; code ``no-posture``.
-
-    What was found, (m, 2) rad, chain order, is as far as a search came, or a whole path that breaks bounds.
-    """
+    """Say where no sequence of postures, (m, 2) rad, leads on, or what a whole one breaks."""
     if len(found) < len(problem):
         finding = _no_step(problem, toolpath, found, mask)
         return Infeasible(f"no sequence of postures leads along the path: {finding.message}", [finding])

@@ -1,9 +1,8 @@
 """Least time as the objective: a price on seconds, and tie-breakers where no posture costs any.
 
-The price brings costs to the size for which the solvers are tuned: 1 J of the objective is 1 ms. The time at
-the programmed feed doesn't depend on the posture. Postures cost the time by which an axis at its highest
-speed is late, and the time lost by changes of speed beyond an axis's acceleration. Where there is neither,
-the least travel and the most even turns are chosen, at prices too small to trade time for them.
+The price brings costs to the size for which the solvers are tuned: 1 J of the objective is 1 ms. Postures
+cost the time by which an axis at its highest speed is late for the feed, and what changes of speed beyond an
+acceleration lose; else the least travel and the most even turns are chosen, at prices too small to cost time.
 """
 
 from __future__ import annotations
@@ -18,9 +17,8 @@ from fiveaxis.posture.problem import Problem
 
 # W, of time.
 TIME_PRICE = 1000.0
-# Travel costs this share of its time at the axis's highest speed; steady turns cost this share of their time,
-# times the square of their speed relative to the highest one. 100 s of travel, or of turning at full speed,
-# are worth 0.1 s of the program.
+# Travel costs this share of its time at the axis's highest speed, and a steady turn of its own, times the
+# square of its speed relative to that: 100 s at full speed are worth 0.1 s of the program.
 TRAVEL_SHARE = BEND_SHARE = 1e-3
 # Shortest block, s, and the turn in a block below which an axis stands still, rad.
 SHORTEST, STANDING = 1e-4, 1e-7
@@ -65,9 +63,9 @@ def from_rest_to_rest(problem: Problem, rotary: Array, sharpness: float, *, word
     A block of the time t at its feed, with an axis that travels Δ at the acceleration A, takes
     ``t + Δ / (A t)`` if it reaches its feed, ``2 √(Δ / A)`` if it doesn't, and ``Δ / v + v / A`` at the
     axis's highest speed v. Each is linearised at the given travel; the second is concave, and so never priced
-    too low. A block without turns is passed without a stop, so the time of the stop is a price of turning at
-    all, distributed over the turn as in `BlockCosts.prices`. Changes of speed between blocks cost nothing:
-    the axes stand still there.
+    too low. A block without turns is passed without a stop, so a stop is the price of turning at all,
+    distributed over the turn as in `BlockCosts.near`. The axes stand still between blocks: changes of speed
+    cost nothing there.
 
     Parameters
     ----------

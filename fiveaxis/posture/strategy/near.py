@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -28,8 +29,10 @@ from fiveaxis.posture.search.successors import (
     widened,
 )
 from fiveaxis.posture.strategy.effort import DEGREE, Effort
-from fiveaxis.posture.strategy.program_path import FREE, Instance
 from fiveaxis.posture.strategy.singular import Cone, bounded_within, turning_within
+
+if TYPE_CHECKING:
+    from fiveaxis.posture.strategy.programs import Instance
 
 # First barrier parameter, J, near a path; IPOPT's iterations where a path is searched.
 BARRIER, WHOLE_ITERATIONS = 1e-2, 120
@@ -40,10 +43,8 @@ ITERATIONS, LAST, ROUGH = 25, 1e-5, 5e-3
 PART = 30_000
 # Most single planes of a location; then up to three times three planes close around the admitted axis.
 MOST_PLANES, PINCHES, AROUND = 5, 3, 3
-# Locations to each side of a refused one that are refined again with it.
-NEAR = 40
-# Above this share of refused locations the whole path is refined again.
-WIDESPREAD = 0.005
+# Locations to each side of a refused one that are refined again with it; share above which all of them are.
+NEAR, WIDESPREAD = 40, 0.005
 # Where planes don't help: how many locations to each side return to the admitted path, step by step.
 REACHES = (0, 5, 20, 80)
 HALVINGS = 6
@@ -51,10 +52,11 @@ HALVINGS = 6
 PROBES, PROBE = 8, 1.0 * DEGREE
 # Share of their spread below which points lie on a line.
 FLATTEST = 1e-3
-# Distance of three planes from an admitted tool axis (rad), and its factor for the next three.
-PINCH, CLOSER = 0.25 * DEGREE, 0.1
-# Resolution of the edge of the mask (rad).
-APART = 0.01 * DEGREE
+# Distance of three planes from an admitted tool axis (rad), its factor for the next three; resolution (rad).
+PINCH, CLOSER, APART = 0.25 * DEGREE, 0.1, 0.01 * DEGREE
+
+# No planes that confine a path.
+FREE: Array = np.empty((0, 0))
 
 # Refines a problem from a start, (n, 2) rad, with each end held or free.
 Solver = Callable[[Problem, Array, tuple[bool, bool]], Array]
@@ -173,13 +175,10 @@ class Near:
 
 @dataclass(eq=False)
 class Planes:
-    """Half-spaces in which the tool axes of some locations have to stay.
+    """Half-spaces in which the tool axes of n locations have to stay.
 
-    Parameters
-    ----------
-    inwards : (n, p, 3), unit normals, workpiece frame; NaN where unused
-    count : (n,), how many are used
-    pinches : (n,), how often three planes were set close around an admitted tool axis
+    Their inward unit normals, (n, p, 3), are NaN where unused; counted, (n,), is how many are used, and how
+    often three were set close around an admitted tool axis (pinches).
     """
 
     inwards: Array

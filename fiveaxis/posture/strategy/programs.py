@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
-from fiveaxis.base import Array
+from fiveaxis.base import Array, BoolArray, Finding, IntArray, Severity
 from fiveaxis.model import (
     BlockCosts,
     Energy,
@@ -23,15 +23,17 @@ from fiveaxis.model import (
     lifting_costs,
     refined,
 )
+from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.options import Options
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import program_energy, timed_energy
 from fiveaxis.posture.strategy.least_time import TIME_PRICE, by_time, from_rest_to_rest
-from fiveaxis.posture.strategy.near import Near
-from fiveaxis.posture.strategy.program_path import Delivered, Instance
+from fiveaxis.posture.strategy.near import FREE, Near
 from fiveaxis.posture.strategy.turn_bounds import shared
 from fiveaxis.posture.terms import bends, terms_of, waits
 
+# Violation that is tolerated between two locations (cosine, mm, rad).
+BETWEEN = 2e-4
 # Share of a step, or of a turn, below which it counts as none.
 SHARPEST = 0.01
 # Terms of the objective that are priced at the given locations, beside the program's blocks.
@@ -41,18 +43,153 @@ BESIDE = bends, waits
 Build = Callable[[Toolpath, Array], tuple[Problem, TiltBounds]]
 
 
-@dataclass(eq=False)
-class Programs:
-    """Programs of paths on the given locations, and on further ones in between.
+@dataclass(frozen=True, eq=False)
+class Instance:
+    """A path with inserted locations, and its problem with the prices of travel, or of time.
+
+    Each location has a fractional index in the given path, (n,).
+    """
+
+    path: Toolpath
+    location: Array
+    problem: Problem
+    bounds: TiltBounds
+
+    @property
+    def own(self) -> BoolArray:
+        """(n,), whether it is one of the given path's locations."""
+        return self.location == np.floor(self.location)
+
+
+@dataclass(frozen=True)
+class Breach:
+    """What a path breaks between its locations.
+
+    A hop is the smallest turn of a move in which the tool leans out of bounds; the overrun is in mm or rad.
+    """
+
+    hop: float
+    overrun: float
+
+
+@dataclass(frozen=True, eq=False)
+class Delivered:
+    """A path, the locations that its program needs in addition, and its cost.
 
     Parameters
     ----------
-    given : the path
-    build : makes the problem of a path with inserted locations
-    near : what is done near a path, within mask and cone
-    filling : what inserted blocks keep
-    options : what the program costs, and its control
-    by_length : whether turns are bounded over the length of a move's parts
+    instance : what was solved
+    rotary : (n, 2), rad, chain order, its postures
+    denser : with the additional locations of the program's blocks
+    filled : (m, 2), rad, the postures there
+    excess : largest violation between the locations; cosine, mm or rad; infinite where axes would jump
+    jumps : moves of the given path in which they would, by the location at which they begin
+    refused : (m,), whether a mask refuses the posture there
+    turned : rad, by which the first rotary axis turns too far within the singular cone
+    energy : of the program's blocks
+    cost : J, the objective for them
+    times : (m,), s, that the control takes for the moves to the denser path's locations
+    solved : the problem of which the postures are an optimum, with the prices near them
+    planes : (n, p), what confined them to a mask (`fiveaxis.posture.strategy.near.Planes.columns`), or `FREE`
+    """
+
+    instance: Instance
+    rotary: Array
+    denser: Instance
+    filled: Array
+    excess: float
+    jumps: IntArray
+    refused: BoolArray
+    turned: float
+    energy: Energy
+    cost: float
+    times: Array
+    solved: Problem
+    planes: Array = field(default_factory=lambda: FREE)
+
+    @property
+    def breach(self) -> Breach | None:
+        """What is broken between the locations; None if nothing is."""
+        if self.excess <= BETWEEN:
+            return None
+        problem, location = self.denser.problem, self.denser.location
+        positions, excess = problem.placed(slice(None), self.filled)
+        leaning = np.ceil(location[excess > BETWEEN]).astype(np.int64) - 1
+        moves = np.union1d(leaning, self.jumps)
+        turns = np.abs(np.diff(self.filled[self.denser.own], axis=0)).max(axis=1)
+        hop = turns[moves[moves >= 0]].min(initial=np.inf)
+        return Breach(float(hop), float(problem.limit_excess(positions).max(initial=0.0)))
+
+    @property
+    def rank(self) -> tuple[float, float]:
+        """Key by which the better of two is smaller: first violation, then cost."""
+        return self.broken, self.cost
+
+    @cached_property
+    def broken(self) -> float:
+        """How far it breaks bounds, 0 if it keeps them; a broken location counts as a refused posture."""
+        problem = self.instance.problem
+        past = problem.excess(self.rotary)
+        # At inserted locations what is tolerated between locations is none.
+        past = np.where(~self.instance.own & (past <= BETWEEN), 0.0, past)
+        worst = max(0.0, float(past.max()), float(problem.turn_excess(self.rotary).max(initial=0.0)))
+        broken = (1.0 + worst if worst > ALLOWED else 0.0) + max(self.excess - BETWEEN, 0.0)
+        return broken + self.turned + int(np.count_nonzero(self.refused))
+
+    def findings(self, mask: Mask) -> list[Finding]:
+        """Report where postures between locations still break a bound."""
+        if not self.broken:
+            return []
+        problem = self.denser.problem
+        positions, excess = problem.placed(slice(None), self.filled)
+        past = np.nan_to_num(problem.limit_excess(positions))
+        jumping = np.isin(np.ceil(self.denser.location) - 1.0, self.jumps).astype(float)
+        found = []
+        for off, fact, remedy in (
+            (excess, "the tool leans out of its bounds", "widen the range of its lean"),
+            (past, "an axis exceeds its limits", "move the part on the table (work_offset)"),
+            (jumping, "axes would have to jump", "allow smaller turns only (--max-turn)"),
+            (1.0 * self.refused, mask.wording.refused, mask.wording.remedy),
+        ):
+            rows = np.flatnonzero(off > BETWEEN)
+            if len(rows):
+                message = (
+                    f"between this location and the one before it {fact} ({len(rows)} blocks in all), and no "
+                    f"path was found that avoids this; put locations closer together here or {remedy}"
+                )
+                place = self.denser.path.place(int(np.argmax(off)))
+                found.append(Finding(Severity.WARNING, "between-locations", message, place))
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """What a search of all postures found on few locations of an instance.
+
+    Costs are of the blocks between the few; the path, (m, 2) rad, is refined on them, empty before a search.
+    Of two the better has the smaller rank: how many postures a mask refuses, then the cost of the blocks
+    between the few, J, with the price of what they break.
+    """
+
+    instance: Instance
+    few: Instance
+    costs: BlockCosts
+    path: Array = field(default_factory=lambda: np.empty((0, 2)))
+    rank: tuple[int, float] = (0, np.inf)
+
+    @property
+    def rotary(self) -> Array:
+        """(n, 2), rad, straight between the locations that were searched: it may break bounds there."""
+        at, known = self.instance.location, self.few.location
+        return np.stack([np.interp(at, known, angle) for angle in self.path.T], axis=1)
+
+
+@dataclass(eq=False)
+class Programs:
+    """Programs of a path on the given locations, and on further ones in between.
+
+    The problem of a path with inserted locations is made by `build`; filling says what inserted blocks keep,
+    options what a program costs. `by_length` bounds turns over the length of a move's parts.
     """
 
     given: Toolpath
@@ -162,8 +299,7 @@ class Programs:
     ) -> BlockCosts:
         """Compute what blocks cost: energy where that is minimised, else in proportion to travel.
 
-        With `other` it is the other of both. Blocks take the times of a program, where a clock is known, or
-        else those at the feed.
+        With `other` it is the other of both. Where a clock is known, blocks take the times of a program.
         """
         problem, path = instance.problem, instance.path
         if (self.options.objective == "energy") == other:
@@ -215,8 +351,7 @@ class Programs:
     def _prices_stops(self) -> bool:
         """Whether, in least time, a block that turns costs a stop, so that prices hang on the path.
 
-        A control with TCP that stops between blocks would need more blocks, and so more stops, for turns that
-        are concentrated in few of them.
+        With TCP it doesn't: turns concentrated in few blocks would need more blocks, and so more stops.
         """
         return self.options.clock.stops_at_turns and not self.options.clock.limits_words
 

@@ -1,8 +1,7 @@
 """Near the singular direction: the first rotary axis is held, and a turn that is too slow is reported.
 
-With the tool along the first rotary axis, that axis turns the part without changing the tool's direction;
-near it a small change of direction takes a large turn, ``1/sin`` of the angle. A search holds the axis within
-the cone or goes round it (`ConeLimit`); a refinement holds it where its start passes the cone.
+Near the singular direction, along the first rotary axis, a small change of the tool's direction takes a large
+turn. Searches hold the axis in a cone or go round it; a refinement holds it where its start passes the cone.
 """
 
 from __future__ import annotations
@@ -26,10 +25,8 @@ from fiveaxis.model import (
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Optimum
 
-# A move that passes the singular direction closer than this is called a crossing (rad).
-NEAR = np.radians(10.0)
-# Relative: a move stretched by less keeps its feed.
-KEPT = 1e-6
+# Nearer to the singular direction, rad, a move is a crossing; stretched by a smaller share it keeps its feed.
+NEAR, KEPT = np.radians(10.0), 1e-6
 
 
 @dataclass(frozen=True)

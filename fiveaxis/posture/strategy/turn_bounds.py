@@ -32,10 +32,8 @@ FARTHEST = np.radians(45.0)
 PROGRAMMED_SHARE = 1.5
 # Default where the pivot stands still, so that the feed gives no time for the turn (rad).
 ON_THE_SPOT = np.radians(15.0)
-# Every step may turn by this, rad.
-LEAST_TURN = np.radians(0.01)
-# Step of the free axis's angle if the other is held (rad).
-FREE_STEP = np.radians(0.25)
+# rad: by which every step may turn; step of the free axis's angle if the other is held.
+LEAST_TURN, FREE_STEP = np.radians([0.01, 0.25]).tolist()
 
 
 def turn_bounds(
@@ -46,15 +44,15 @@ def turn_bounds(
 ) -> Array:
     """Bound the turn of every rotary axis in each move of a path, (n − 1,) rad.
 
-    Locations inserted in a given move share its bound. A move in which the program itself turns the tool
-    farther may turn as far; without a given bound, so may one in which the surface or, up to `FARTHEST`, an
-    axis of `machine` at the programmed tool axes turns farther.
+    Locations inserted in a given move share its bound. A move may turn as far as the program itself turns the
+    tool; without a given bound, also as far as the surface turns or, up to `FARTHEST`, an axis of `machine`
+    at the programmed tool axes.
 
     Parameters
     ----------
     constraints : `max_turn` in a cutting move, by default `USUAL_SPEED` at the programmed feed and at most
-        `FARTHEST`, and `turn_rate` over the path of the contact in cuts. Links may turn `LINK_SHARE` times as
-        far
+        `FARTHEST`, and `turn_rate` over the path of the contact in cuts; links turn up to `LINK_SHARE` times
+        as far
     location : (n,), fractional index of each in the given path; by default all are given
     machine : whose axes turn, where no path was found otherwise; None where only the tool's own turns count
     """
@@ -97,10 +95,9 @@ def shared(most: Array, known: Array, location: Array, rows: Array, turned: Arra
 
 
 def hold(machine: Machine, angles: Mapping[str, float]) -> Machine:
-    """Return the machine with one or both rotary axes fixed at angles, rad by axis letter.
+    """Return the machine with rotary axes fixed at angles, rad by axis letter, as equal limits.
 
-    They remain axes of the machine, with equal limits, so that motions keep their columns. `SettingError` for
-    a letter that isn't a rotary axis of the machine, or an angle outside its limits.
+    `SettingError` for a letter that isn't a rotary axis of the machine, or an angle outside its limits.
     """
     for letter, angle in angles.items():
         if letter not in machine.rotaries:

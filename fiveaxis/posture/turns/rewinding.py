@@ -34,14 +34,10 @@ NO_TURN = np.iinfo(np.int64).max
 
 @dataclass(frozen=True, eq=False)
 class Rewound:
-    """A path with its rewinds as links; its axes are within their limits.
+    """A path with its rewinds as links; its rotary axes, (m, 2) rad, chain order, are within their limits.
 
-    Parameters
-    ----------
-    rotary : (m, 2), rad, chain order
-    row : (m,), row of each location on the path without rewinds; 3.25 lies between locations 3 and 4
-    own : (m,), whether it is a location of the path without rewinds
-    rewinds : in path order
+    Each location has a row on the path without rewinds, 3.25 between locations 3 and 4, and is `own` if it is
+    a location of that path.
     """
 
     toolpath: Toolpath
@@ -93,10 +89,9 @@ def insert_rewinds(
 ) -> Rewound:
     """Bring an unwrapped path, (n, 2) rad, chain order, into the axis limits with the cheapest rewinds.
 
-    A rewind takes place where the tool is clear of everything that is cut, or can back off along its own axis
-    (`find_retracts`), also between two locations (`with_turn_changes`); it interrupts a cut only if no rewind
-    between cuts is enough. Bounds on the lean hold there, too. The price of time is in J/s. `Infeasible` if
-    the path winds further than an axis can, and no rewind is possible.
+    A rewind takes place where the tool is clear of everything that is cut or can back off along its axis, if
+    need be between two locations, and in a cut only if no other is enough. Bounds on the lean hold there. The
+    price of time is in J/s. `Infeasible` if the path winds further than an axis can, and can't be rewound.
     """
     columns = winding_columns(machine)
     course = with_turn_changes(toolpath, machine, rotary, columns, tilt)

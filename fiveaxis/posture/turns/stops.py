@@ -1,9 +1,8 @@
 """Where an axis may be rewound, what that costs, and where it may change its turn between two locations.
 
-An axis can be rewound only at angles that it reaches on two turns: the two ends of exactly one turn, or a
-band of angles where it has a little more. A location is inserted into a move that jumps over them. It lies on
-the path, as inserted blocks do, and both angles change in proportion to the distance; where that would break
-a bound on the tool's lean, the other angle is changed.
+An axis can be rewound only at angles that it reaches on two turns: both ends of exactly one turn, or a band
+of angles of a little more. A location is inserted into a move that jumps over them: on the path, with angles
+in proportion to the distance, but for the other axis where that would break a bound on the lean.
 """
 
 from __future__ import annotations
@@ -38,22 +37,16 @@ CUT_PRICE = 1e9
 # clears the part at the first angle.
 CHECKED = 24
 TRIED = np.array([1.5**k for k in range(8)])
-# mm, between tool and part while an axis rewinds.
-CLEARANCE = 10.0
-# mm; a tool that is so near to being clear is clear.
-ROUNDING = 1e-6
+# mm, between tool and part while an axis rewinds; a tool that is so near to being clear is clear.
+CLEARANCE, ROUNDING = 10.0, 1e-6
 
 
 @dataclass(frozen=True, eq=False)
 class UnwrappedPath:
-    """An unwrapped path with locations inserted where an axis may change its turn.
+    """An unwrapped path, (m, 2) rad, chain order, with locations where an axis may change its turn.
 
-    Parameters
-    ----------
-    toolpath : its locations and the inserted ones
-    rotary : (m, 2), rad, chain order, unwrapped
-    row : (m,), row of each location on the original path: 3.25 lies between locations 3 and 4
-    admitted : (m,), whether the bounds on the lean hold; true of the path's own locations
+    Each location has a row on the original path, 3.25 between locations 3 and 4, and is admitted where the
+    bounds on the lean hold, as at all original locations.
     """
 
     toolpath: Toolpath

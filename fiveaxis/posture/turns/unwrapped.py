@@ -27,13 +27,10 @@ from fiveaxis.posture.turns.stops import CUT_PRICE, Rewind, keep_lean, with_chan
 Refine = Callable[[Problem, Array], Array]
 # Checks whether a path, (n, 2) rad, keeps constraints that aren't part of its problem.
 PathCheck = Callable[[Array], bool]
-# Rounds of leaving out rewinds that undo each other.
-MOST_ROUNDS = 20
-# Most pairs that are left out one at a time.
-MOST_ALONE = 20
+# Rounds of leaving out rewinds that undo each other, and most pairs that are left out one at a time.
+MOST_ROUNDS, MOST_ALONE = 20, 20
 # Angles to try, in turns; longer paths aren't examined.
-PHASES = np.arange(1, 24) / 24.0
-MOST_LOCATIONS = 20_000
+PHASES, MOST_LOCATIONS = np.arange(1, 24) / 24.0, 20_000
 # Price of a rewind between cuts, of one within a cut.
 BETWEEN = 1e-3
 
@@ -41,10 +38,7 @@ BETWEEN = 1e-3
 def path_check(
     toolpath: Toolpath, machine: Machine, rotary: Array, cone: Cone | None, mask: Mask | None
 ) -> PathCheck:
-    """Make the check of what no problem states: the singular cone and the mask.
-
-    The cone binds other paths only where the given path, (n, 2) rad, could hold the axis within it.
-    """
+    """Make the check of what no problem states: mask, and cone where the path, (n, 2) rad, keeps it."""
     rows = np.arange(len(toolpath))
 
     def turned(path: Array) -> float:
@@ -61,12 +55,7 @@ def rewind_solution(solution: Optimum, machine: Machine, refine: Refine, keeps: 
 
     The path, the path with one turn less (`fewer_turns`) and the baselines that keep all bounds are rewound;
     the cheapest is the result. A baseline that can't be rewound is missing. `keeps` checks what isn't part of
-    the problem (`path_check`).
-
-    Raises
-    ------
-    Infeasible, SettingError
-        The solution's path can't be rewound; it has no problem.
+    the problem (`path_check`). `Infeasible` if the path can't be rewound, `SettingError` without a problem.
     """
     path, columns, problem = solution.toolpath, machine.rotary_columns, solution.problem
     if problem is None:
@@ -114,11 +103,9 @@ def rewind_solution(solution: Optimum, machine: Machine, refine: Refine, keeps: 
 
 
 def _is_admissible(problem: Problem, rotary: Array, location: Array | None) -> bool:
-    """Check whether a path, (n, 2) rad, keeps its bounds, those on turns from one given location to the next.
-
-    Inserted locations share the bound of their move as the path does for which they were inserted.
-    """
+    """Check whether a path, (n, 2) rad, keeps its bounds; turns count between given locations."""
     given = np.arange(len(rotary)) if location is None else np.flatnonzero(location == np.floor(location))
+    # Inserted locations share the bound of their move as the path does for which they were inserted.
     turned = problem.thinned(given).turn_excess(rotary[given])
     return max(problem.excess(rotary).max(), turned.max(initial=0.0)) <= ALLOWED
 
@@ -199,9 +186,8 @@ def paths_without_reversals(
 ) -> Iterator[Array]:
     """Yield paths without some of the pairs of rewinds that undo each other, (n, 2) rad, unwrapped.
 
-    First comes the path without all pairs that can be left out at once, then those without one pair each, the
-    shortest first. Between the rewinds of a pair the axis stays at the end of its range (`_hold`). Paths that
-    break the bounds of the problem, on the endless machine, are left out; `machine` has its limits.
+    First comes the path without all such pairs, then those without one, the shortest first; between a pair
+    the axis stays at the end of the machine's range. Bounds are those of the problem, on the endless machine.
     """
     alone, together, taken, pairs = [], rotary.copy(), set[float](), list[tuple[Rewind, Rewind]]()
     for letter in sorted({r.axis for r in found.rewinds}):
@@ -247,8 +233,7 @@ def _hold(
 def better_phases(toolpath: Toolpath, machine: Machine, rotary: Array, found: Rewound) -> list[Finding]:
     """Find by how much to turn the part on the table for fewer rewinds within cuts.
 
-    The axis that carries the part is then further by that angle along the unwrapped path, (n, 2) rad. There
-    is at most one finding, code ``rewind-phase``; its value is the angle in degrees.
+    The axis that carries it is further by that all along the path, (n, 2) rad; the finding's value is in deg.
     """
     letter = machine.chain.joints[0].letter
     marks = sum(r.in_cut for r in found.rewinds if r.axis == letter)
