@@ -17,6 +17,7 @@ import numpy as np
 
 from fiveaxis.base import Array, BoolArray, IntArray, compiled, inverse_transform, normalise, product
 from fiveaxis.check.collision.assumed import with_nose, with_stated_table
+from fiveaxis.check.collision.cones import Coned
 from fiveaxis.check.collision.obstacles import Obstacle, Solid, tool_solids
 from fiveaxis.check.collision.shrinking import ShrinkingStock
 from fiveaxis.check.collision.surroundings import Clearances, Surroundings, shape_triangles
@@ -219,7 +220,7 @@ def find_accessible(
             continue
         if name == "part":
             solids.insert(0, _cutter_in_cut(tool))
-        obstacles.append(Obstacle.build(name, mesh, solids))
+        obstacles += _shank_apart(Obstacle.build(name, mesh, solids), toolpath)
     around = [(fixture.name, shape_triangles(fixture.shape)) for fixture in surroundings.fixtures]
     solids = [solid.grown(clearances.by_kind[solid.name] + extra) for solid in tool_solids(tool)]
     for name, triangles in (*around, *_table_bodies(machine)):
@@ -227,6 +228,13 @@ def find_accessible(
     obstacles = [obstacle for obstacle in obstacles if obstacle.solids]
     _log_obstacles(toolpath, obstacles)
     return Accessibility(toolpath, machine, obstacles) if obstacles else None
+
+
+def _shank_apart(obstacle: Obstacle, toolpath: Toolpath) -> Iterator[Obstacle]:
+    """Yield an obstacle without the shank, and for the shank with its cones: thick parts hit soonest."""
+    thin = tuple(solid for solid in obstacle.solids if solid.name == SHANK)
+    yield replace(obstacle, solids=tuple(solid for solid in obstacle.solids if solid.name != SHANK))
+    yield Coned.of(replace(obstacle, solids=thin), toolpath)
 
 
 def _log_obstacles(toolpath: Toolpath, obstacles: list[Obstacle | ShrinkingStock]) -> None:

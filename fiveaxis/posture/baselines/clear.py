@@ -135,27 +135,27 @@ class _Clear:
     def _directions(self, rows: IntArray, every: Array, rotary: Array) -> IntArray:
         """Choose a direction for each refused location, (r,): near the baseline, and as at its neighbours."""
         taken = np.empty(len(rows), dtype=np.int64)
-        away = np.where(np.isfinite(every), every, 0.0)[..., None] * _direction(ANGLES)
+        away = np.where(np.isfinite(every), every, 0.0)[:, None] * _direction(ANGLES).T
         for run in np.split(np.arange(len(rows)), np.flatnonzero(np.diff(rows) > 1) + 1):
-            cost, came, last = np.zeros(1), [], np.zeros((1, 2))
+            cost, came, last = np.zeros(1), [], np.zeros((2, 1))
             for k in run:
                 step = cost[:, None] + self._change(rows[k] - 1, rotary, last, away[k])
                 came.append(step.argmin(axis=0))
                 cost, last = step.min(axis=0) + every[k], away[k]
-            cost = cost + self._change(rows[run[-1]], rotary, last, np.zeros((1, 2)))[:, 0]
+            cost = cost + self._change(rows[run[-1]], rotary, last, np.zeros((2, 1)))[:, 0]
             state = int(cost.argmin())
             for k, back in zip(run[::-1], came[::-1], strict=True):
                 taken[k], state = state, int(back[state])
         return taken
 
     def _change(self, move: int, rotary: Array, here: Array, there: Array) -> Array:
-        """Price the change between offsets, (a, 2) and (b, 2), at the ends of a move, (a, b) rad."""
-        change = there[None] - here[:, None]
+        """Price the change between offsets, (2, a) and (2, b), at the ends of a move, (a, b) rad."""
+        change = there[:, None] - here[:, :, None]
         if not 0 <= move < len(rotary) - 1:
-            return np.zeros(change.shape[:2])
-        beyond = np.abs(rotary[move + 1] - rotary[move] + change) - self.problem.max_turn[move]
-        too_far = np.maximum(beyond, 0.0).max(axis=-1) * self.problem.strict[move]
-        return np.linalg.norm(change, axis=-1) + TOO_FAR * too_far
+            return np.zeros(change.shape[1:])
+        turn = (rotary[move + 1] - rotary[move])[:, None, None]
+        beyond = np.abs(turn + change) - self.problem.max_turn[move, :, None, None]
+        return np.hypot(*change) + TOO_FAR * self.problem.strict[move] * np.maximum(beyond.max(axis=0), 0.0)
 
     def _nearest(self, rows: IntArray, rotary: Array, angle: Array, far: Array) -> Array:
         """Find nearer postures beside a direction; their offsets, (r, 2) rad."""
