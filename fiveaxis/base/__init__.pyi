@@ -79,6 +79,7 @@ from .geometry.vectors import arcsin as arcsin
 from .geometry.vectors import arctan2 as arctan2
 from .geometry.vectors import cross as cross
 from .geometry.vectors import every_pair as every_pair
+from .geometry.vectors import extremes as extremes
 from .geometry.vectors import frame_along as frame_along
 from .geometry.vectors import inverse_transform as inverse_transform
 from .geometry.vectors import normalise as normalise

@@ -16,6 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 
 # Sums over one index, by the factors' dimensions: a vector has 1, a matrix or a stack of them 2.
 SUMS = {(1, 1): "j,j->", (1, 2): "j,...jk->...k", (2, 1): "...ij,j->...i", (2, 2): "...ij,...jk->...ik"}
+# Rows are short of which there are more than this many times as many as each has values.
+SHORT = 16
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
@@ -42,6 +44,14 @@ def cross(a: Array, b: Array) -> Array:
         j, k = (i + 1) % 3, (i + 2) % 3
         np.subtract(a[..., j] * b[..., k], a[..., k] * b[..., j], out=out[..., i])
     return out
+
+
+def extremes(rows: Array) -> tuple[Array, Array]:
+    """Find the lowest and the highest value of each row, (m, k), (m,) each; numpy is slow at short rows."""
+    if len(rows) > SHORT * rows.shape[1]:
+        columns = np.ascontiguousarray(rows.T)
+        return columns.min(axis=0), columns.max(axis=0)
+    return rows.min(axis=1), rows.max(axis=1)
 
 
 def every_pair(first: ArrayLike, second: ArrayLike) -> NDArray[np.float64]:

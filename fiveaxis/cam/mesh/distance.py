@@ -10,7 +10,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from fiveaxis.base import Array, IntArray
+from fiveaxis.base import Array, IntArray, extremes
 from fiveaxis.cam.mesh.mesh import Mesh
 from fiveaxis.cam.mesh.surface import facet_normals
 
@@ -61,7 +61,8 @@ class TriangleTree:
         leaves = 1
         while leaves * LEAF < len(triangles):
             leaves *= 2
-        order = _in_leaves(triangles.mean(axis=1), leaves)
+        a, b, c = np.moveaxis(triangles, 1, 0)
+        order = _in_leaves((a + b + c) / 3.0, leaves)
         ordered = np.ascontiguousarray(triangles[order])
         return cls(ordered, _boxes(ordered, leaves), order)
 
@@ -99,10 +100,12 @@ def _in_leaves(centres: Array, leaves: int) -> IntArray:
     rows = np.sort(np.resize(np.arange(len(centres)), leaves * LEAF))
     places = np.asfortranarray(centres[rows])
     # Ranks, unlike coordinates, are never equal, so that halves are the same on every processor.
-    ranks = np.argsort(np.argsort(places, axis=0, kind="stable"), axis=0)
+    ranks, numbers = np.empty(places.shape, dtype=np.int64), np.arange(len(rows))
+    np.put_along_axis(ranks, np.argsort(places, axis=0, kind="stable"), numbers[:, None], axis=0)
     nodes = np.arange(len(rows))[None]
     while len(nodes) < leaves:
-        longest = np.argmax([np.ptp(one[nodes], axis=1) for one in places.T], axis=0)
+        ends = (extremes(one[nodes]) for one in places.T)
+        longest = np.argmax([high - low for low, high in ends], axis=0)
         halves = np.argpartition(ranks[nodes, longest[:, None]], nodes.shape[1] // 2, axis=1)
         nodes = np.take_along_axis(nodes, halves, axis=1).reshape(2 * len(nodes), -1)
     return rows[np.sort(nodes, axis=1)].ravel()
@@ -112,12 +115,12 @@ def _boxes(triangles: Array, leaves: int) -> Array:
     """Compute the boxes of a tree, (2 * leaves, 2, 3) mm, from its triangles in the order of the leaves."""
     boxes = np.zeros((2 * leaves, 2, 3))
     for k in range(3):
-        corners = triangles[..., k].reshape(leaves, -1)
-        boxes[leaves:, 0, k], boxes[leaves:, 1, k] = corners.min(axis=1), corners.max(axis=1)
+        boxes[leaves:, 0, k], boxes[leaves:, 1, k] = extremes(triangles[..., k].reshape(leaves, -1))
     while leaves > 1:
-        children, leaves = boxes[leaves : 2 * leaves].reshape(-1, 2, 2, 3), leaves // 2
-        parents = boxes[leaves : 2 * leaves]
-        parents[:, 0], parents[:, 1] = children[:, :, 0].min(axis=1), children[:, :, 1].max(axis=1)
+        one, other = boxes[leaves : 2 * leaves : 2], boxes[leaves + 1 : 2 * leaves : 2]
+        leaves //= 2
+        np.minimum(one[:, 0], other[:, 0], out=boxes[leaves : 2 * leaves, 0])
+        np.maximum(one[:, 1], other[:, 1], out=boxes[leaves : 2 * leaves, 1])
     return boxes
 
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fiveaxis.base import Array, BoolArray, IntArray, at_once, compiled, innermost
+from fiveaxis.base import Array, BoolArray, IntArray, at_once, compiled, extremes, innermost
 from fiveaxis.cam import STACK, Mesh, TriangleTree, kept_by_mesh, tree_of
 from fiveaxis.model import Tool
 
@@ -234,20 +234,22 @@ def _slabs(triangles: Array, boxes: Array) -> tuple[Array, Array]:
     """
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     nodes, count, along = np.zeros((len(boxes), 11)), len(boxes) // 2, normals
-    nodes[:, :3], nodes[:, 3:6] = boxes.mean(axis=1), (boxes[:, 1] - boxes[:, 0]) / 2.0
+    low, high = np.moveaxis(boxes, 1, 0)
+    nodes[:, :3], nodes[:, 3:6] = (low + high) / 2.0, (high - low) / 2.0
+    points = np.moveaxis(triangles, -1, 0).copy()
     while count:
-        along = along.reshape(count, -1, 3).sum(axis=1)
-        nodes[count : 2 * count, 6:] = _slabs_of(triangles.reshape(count, -1, 3), along)
+        each = len(along) // count
+        along = np.asarray(sum(along[k::each] for k in range(each)))
+        nodes[count : 2 * count, 6:] = _slabs_of(points.reshape(3, count, -1), along)
         count //= 2
-    return nodes, _slabs_of(triangles, normals)
+    return nodes, _slabs_of(points, normals)
 
 
 def _slabs_of(points: Array, normals: Array) -> Array:
-    """Find the slabs, (m, 5), of points, (m, k, 3) mm, along normals, (m, 3) of any length; 0 without one."""
+    """Find the slabs, (m, 5), of points, (3, m, k) mm, along normals, (m, 3) of any length; 0 without one."""
     length = np.linalg.norm(normals, axis=1, keepdims=True)
     unit = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0.0)
-    along = sum(points[..., k] * unit[:, None, k] for k in range(3))
-    low, high = along.min(axis=1), along.max(axis=1)
+    low, high = extremes(np.asarray(sum(points[k] * unit[:, None, k] for k in range(3))))
     return np.column_stack([unit, (low + high) / 2.0, (high - low) / 2.0])
 
 

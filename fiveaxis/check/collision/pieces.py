@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fiveaxis.base import Array, BoolArray, IntArray
+from fiveaxis.base import Array, BoolArray, IntArray, extremes
 
 # Triangles in a leaf of a mesh's tree.
 LEAF = 2
@@ -142,7 +142,8 @@ def mesh_piece(vertices: Array, faces: IntArray, frame: Array, *, closed: bool) 
     Its frame, (4, 4) mm, is in the workpiece frame, every axis at 0.
     """
     triangles = np.ascontiguousarray(vertices, dtype=float)[faces]
-    order = _leaf_order(triangles.mean(axis=1))
+    a, b, c = np.moveaxis(triangles, 1, 0)
+    order = _leaf_order((a + b + c) / 3.0)
     bodies = np.zeros((len(order), 3, 4))
     bodies[:, :, :3] = triangles[order]
     return Piece(bodies, _boxes(bodies), frame, triangles[0, 0], triangles, closed)
@@ -157,14 +158,18 @@ def _leaf_order(middles: Array) -> IntArray:
     while leaves * LEAF < len(middles):
         leaves *= 2
     order = np.sort(np.resize(np.arange(len(middles)), leaves * LEAF))
-    nodes, places = 1, np.asfortranarray(middles)
+    # Ranks, unlike coordinates, are never equal, so that halves are the same on every processor.
+    nodes, places, ranks = 1, np.asfortranarray(middles), np.empty(middles.shape, dtype=np.int64)
+    for rank, place in zip(ranks.T, places.T, strict=True):
+        rank[np.argsort(place, kind="stable")] = np.arange(len(middles))
     while nodes < leaves:
         rows = order.reshape(nodes, -1)
-        along = np.argmax([np.ptp(one[rows], axis=1) for one in places.T], axis=0)
-        ranks = np.argsort(places[rows, along[:, None]], axis=1, kind="stable")
-        order = np.take_along_axis(rows, ranks, axis=1).ravel()
+        ends = (extremes(one[rows]) for one in places.T)
+        along = np.argmax([high - low for low, high in ends], axis=0)
+        halves = np.argpartition(ranks[rows, along[:, None]], rows.shape[1] // 2, axis=1)
+        order = np.take_along_axis(rows, halves, axis=1).ravel()
         nodes *= 2
-    return order
+    return np.sort(order.reshape(leaves, LEAF), axis=1).ravel()
 
 
 def _boxes(ordered: Array) -> Array:
@@ -172,13 +177,12 @@ def _boxes(ordered: Array) -> Array:
     leaves = len(ordered) // LEAF
     boxes = np.zeros((2 * leaves, 2, 3))
     for k in range(3):
-        corners = ordered[..., k].reshape(leaves, -1)
-        boxes[leaves:, 0, k], boxes[leaves:, 1, k] = corners.min(axis=1), corners.max(axis=1)
+        boxes[leaves:, 0, k], boxes[leaves:, 1, k] = extremes(ordered[..., k].reshape(leaves, -1))
     while leaves > 1:
         pairs = boxes[leaves : 2 * leaves].reshape(-1, 2, 2, 3)
         leaves //= 2
-        boxes[leaves : 2 * leaves, 0] = pairs[:, :, 0].min(axis=1)
-        boxes[leaves : 2 * leaves, 1] = pairs[:, :, 1].max(axis=1)
+        boxes[leaves : 2 * leaves, 0] = np.minimum(pairs[:, 0, 0], pairs[:, 1, 0])
+        boxes[leaves : 2 * leaves, 1] = np.maximum(pairs[:, 0, 1], pairs[:, 1, 1])
     return boxes
 
 
