@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fiveaxis.base import Array, BoolArray, IntArray, at_once, compiled, extremes, innermost
+from fiveaxis.base import Array, BoolArray, IntArray, at_once, compiled, cross, extremes, innermost
 from fiveaxis.cam import STACK, Mesh, TriangleTree, kept_by_mesh, tree_of
 from fiveaxis.model import Tool
 
@@ -34,8 +34,8 @@ Place = tuple[float, float, float]
 # A slab as a tool sees it: its normal along the axis and across it, the offset of its middle, and its half
 # thickness, mm.
 Seen = tuple[float, float, float, float]
-# Triangles, nodes and slabs of an obstacle, as of `Obstacle`.
-Tree = tuple[Array, Array, Array]
+# Triangles and nodes of an obstacle, as of `Obstacle`.
+Tree = tuple[Array, Array]
 # A triangle clipped to a slab has no more corners than this.
 CORNERS = 8
 
@@ -160,16 +160,14 @@ class Obstacle:
     name : part, fixture…
     solids : each grown by its clearance
     triangles : (f, 3, 3), mm, workpiece frame, in the order of the leaves of a perfect binary tree
-    nodes : (2 * leaves, 11), mm: middle and half sides of a node's box, then the slab of its triangles; as in
-        `TriangleTree.boxes`
-    slabs : (f, 5), of the triangles: unit normal, middle and half thickness (mm)
+    nodes : (2 * leaves, 11), as in `TriangleTree.boxes`: middle and half sides of a node's box (mm), then the
+        slab of its triangles: unit normal, middle and half thickness (mm)
     """
 
     name: str
     solids: tuple[Solid, ...]
     triangles: Array
     nodes: Array
-    slabs: Array
 
     @classmethod
     def build(cls, name: str, body: Mesh | Array, solids: Sequence[Solid]) -> Obstacle:
@@ -185,8 +183,7 @@ class Obstacle:
 
         Tips and axes, (m, 3) mm and unit vectors, are in the workpiece frame.
         """
-        tree = self.triangles, self.nodes, self.slabs
-        return in_chunks(_meets_all, rows, tip, axis, self.solids, tree)
+        return in_chunks(_meets_all, rows, tip, axis, self.solids, (self.triangles, self.nodes))
 
 
 def in_chunks(
@@ -217,23 +214,20 @@ def in_chunks(
 
 
 @kept_by_mesh
-def _of_mesh(mesh: Mesh) -> tuple[Array, Array, Array]:
+def _of_mesh(mesh: Mesh) -> tuple[Array, Array]:
     """Sort the triangles of a mesh, which is in the way of one setup after the other."""
     return _with_slabs(tree_of(mesh))
 
 
-def _with_slabs(tree: TriangleTree) -> tuple[Array, Array, Array]:
-    return tree.triangles, *_slabs(tree.triangles, tree.boxes)
-
-
-def _slabs(triangles: Array, boxes: Array) -> tuple[Array, Array]:
-    """Find the nodes, (2 * leaves, 11), of a tree of triangles, (f, 3, 3) mm, and the triangles' slabs.
+def _with_slabs(tree: TriangleTree) -> tuple[Array, Array]:
+    """Find the triangles, (f, 3, 3) mm, and the nodes, (2 * leaves, 11), of an obstacle's tree.
 
     Triangles of a smooth surface lie in a slab much thinner than their box. Its normal is their mean one, but
     the slab holds their corners whatever that is.
     """
-    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    nodes, count, along = np.zeros((len(boxes), 11)), len(boxes) // 2, normals
+    triangles, boxes = tree.triangles, tree.boxes
+    along = cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    nodes, count = np.zeros((len(boxes), 11)), len(boxes) // 2
     low, high = np.moveaxis(boxes, 1, 0)
     nodes[:, :3], nodes[:, 3:6] = (low + high) / 2.0, (high - low) / 2.0
     points = np.moveaxis(triangles, -1, 0).copy()
@@ -242,7 +236,7 @@ def _slabs(triangles: Array, boxes: Array) -> tuple[Array, Array]:
         along = np.asarray(sum(along[k::each] for k in range(each)))
         nodes[count : 2 * count, 6:] = _slabs_of(points.reshape(3, count, -1), along)
         count //= 2
-    return nodes, _slabs_of(points, normals)
+    return triangles, nodes
 
 
 def _slabs_of(points: Array, normals: Array) -> Array:
@@ -280,7 +274,7 @@ def _met_leaf(
     tip: Place, axis: Place, frusta: Array, tree: Tree, stack: IntArray, top: int, polygon: Array, cut: Array
 ) -> int:
     """Find a leaf of which a triangle is met, below the nodes that wait in the stack; 0 for none."""
-    triangles, nodes, slabs = tree
+    triangles, nodes = tree
     leaves, leaf = len(nodes) // 2, 2 * len(triangles) // len(nodes)
     across, beside = _frame(axis)
     while top > 0:
@@ -288,16 +282,13 @@ def _met_leaf(
         node = stack[top]
         if not near_box(tip, axis, frusta, nodes, node):
             continue
-        if not _in_slab(_seen(tip, axis, nodes, node, 6), frusta):
+        if not _in_slab(_seen(tip, axis, nodes, node), frusta):
             continue
         if node < leaves:
             stack[top], stack[top + 1] = 2 * node, 2 * node + 1
             top += 2
             continue
         for t in range((node - leaves) * leaf, (node - leaves + 1) * leaf):
-            # Most frusta lie on one side of the triangle's plane, which is seen at once.
-            if not _in_slab(_seen(tip, axis, slabs, t, 0), frusta):
-                continue
             _place(tip, across, beside, axis, triangles[t], polygon)
             for f in range(len(frusta)):
                 if _triangle_meets(polygon, frusta[f], cut):
@@ -316,12 +307,12 @@ def _place(tip: Place, across: Place, beside: Place, axis: Place, triangle: Arra
 
 
 @innermost
-def _seen(tip: Place, axis: Place, slabs: Array, row: int, first: int) -> Seen:
-    """See a slab, in columns of a row from `first` on, from a tool; one without a normal is everywhere."""
-    x, y, z = slabs[row, first], slabs[row, first + 1], slabs[row, first + 2]
+def _seen(tip: Place, axis: Place, nodes: Array, row: int) -> Seen:
+    """See a node's slab from a tool; one without a normal is everywhere."""
+    x, y, z = nodes[row, 6], nodes[row, 7], nodes[row, 8]
     upright = x * axis[0] + y * axis[1] + z * axis[2]
-    offset = slabs[row, first + 3] - (x * tip[0] + y * tip[1] + z * tip[2])
-    return upright, np.sqrt(max(1.0 - upright * upright, 0.0)), offset, slabs[row, first + 4] + APART
+    offset = nodes[row, 9] - (x * tip[0] + y * tip[1] + z * tip[2])
+    return upright, np.sqrt(max(1.0 - upright * upright, 0.0)), offset, nodes[row, 10] + APART
 
 
 @innermost
@@ -386,7 +377,7 @@ def _triangle_meets(corners: Array, frustum: Array, cut: Array) -> bool:
     z0, r0, z1, r1 = frustum[0], frustum[1], frustum[2], frustum[3]
     lowest = min(corners[0, 2], corners[1, 2], corners[2, 2])
     highest = max(corners[0, 2], corners[1, 2], corners[2, 2])
-    if lowest >= z1 or highest <= z0:
+    if lowest >= z1 or highest <= z0 or _lies_beside(corners, max(r0, r1) + APART):
         return False
     slope = (r1 - r0) / (z1 - z0)
     count = _clip_to_slab(corners, z0, z1, cut)
@@ -404,6 +395,18 @@ def _triangle_meets(corners: Array, frustum: Array, cut: Array) -> bool:
         left = left or turn > 0.0
         right = right or turn < 0.0
     return left != right
+
+
+@innermost
+def _lies_beside(corners: Array, radius: float) -> bool:
+    """Check whether a plane along the tool axis at a radius separates a triangle's corners from the axis.
+
+    It faces the triangle's middle. Most triangles that come this far are separate, and needn't be clipped.
+    """
+    x, y = corners[0, 0] + corners[1, 0] + corners[2, 0], corners[0, 1] + corners[1, 1] + corners[2, 1]
+    nearest = x * corners[0, 0] + y * corners[0, 1]
+    nearest = min(nearest, x * corners[1, 0] + y * corners[1, 1], x * corners[2, 0] + y * corners[2, 1])
+    return nearest >= radius * np.sqrt(x * x + y * y) and nearest > 0.0
 
 
 @innermost
