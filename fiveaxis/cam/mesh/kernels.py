@@ -16,6 +16,8 @@ Point = tuple[float, float, float]
 STACK = 128
 # A triangle so many times larger than those beside it is flat, not a facet of a curved surface.
 MUCH_LARGER = 4.0
+# A squared distance is larger beyond rounding if it is so by this factor.
+MORE = 1.0 + 1e-9
 
 
 @innermost
@@ -86,6 +88,18 @@ def triangle_gap(p: Array, triangle: Array) -> float:
 
 
 @innermost
+def lies_beyond(p: Array, triangle: Array, best: float) -> bool:
+    """Check whether a plane facing a triangle's middle proves it farther from p than a squared distance.
+
+    That takes a fraction of the time of the distance itself.
+    """
+    u, v, w = offset(p, triangle[0]), offset(p, triangle[1]), offset(p, triangle[2])
+    d = u[0] + v[0] + w[0], u[1] + v[1] + w[1], u[2] + v[2] + w[2]
+    nearest = min(dot(u, d), dot(v, d), dot(w, d))
+    return nearest > 0.0 and nearest * nearest > MORE * best * dot(d, d)
+
+
+@innermost
 def box_gap(p: Array, box: Array) -> float:
     """Squared distance from a point to a box, (2, 3); zero inside."""
     gap = 0.0
@@ -128,6 +142,8 @@ def nearest_triangle(p: Array, triangles: Array, boxes: Array, bound: float) -> 
             continue
         if node >= leaves:
             for k in range((node - leaves) * width, (node - leaves + 1) * width):
+                if lies_beyond(p, triangles[k], best):
+                    continue
                 gap = triangle_gap(p, triangles[k])
                 if gap < best:
                     best, found = gap, k
