@@ -172,10 +172,7 @@ class Obstacle:
     @classmethod
     def build(cls, name: str, body: Mesh | Array, solids: Sequence[Solid]) -> Obstacle:
         """Sort the triangles of a body, a mesh or (f, 3, 3) mm, into a tree; those of a mesh once."""
-        if isinstance(body, np.ndarray):
-            parts = _with_slabs(TriangleTree.build(np.ascontiguousarray(body)))
-        else:
-            parts = _of_mesh(body)
+        parts = _with_slabs(TriangleTree.build(body)) if isinstance(body, np.ndarray) else _of_mesh(body)
         return cls(name, tuple(s for s in solids if len(s.frusta)), *parts)
 
     def hit_by(self, rows: IntArray, tip: Array, axis: Array) -> BoolArray:
@@ -399,10 +396,7 @@ def _triangle_meets(corners: Array, frustum: Array, cut: Array) -> bool:
 
 @innermost
 def _lies_beside(corners: Array, radius: float) -> bool:
-    """Check whether a plane along the tool axis at a radius separates a triangle's corners from the axis.
-
-    It faces the triangle's middle. Most triangles that come this far are separate, and needn't be clipped.
-    """
+    """Check whether a plane at a radius, along the tool axis, facing a triangle, parts it from the axis."""
     x, y = corners[0, 0] + corners[1, 0] + corners[2, 0], corners[0, 1] + corners[1, 1] + corners[2, 1]
     nearest = x * corners[0, 0] + y * corners[0, 1]
     nearest = min(nearest, x * corners[1, 0] + y * corners[1, 1], x * corners[2, 0] + y * corners[2, 1])

@@ -374,9 +374,8 @@ class _Search:
 
         Most aren't: overlaps are asked for last, whose loop takes a second to compile.
         """
-        for i in np.flatnonzero(near).tolist():
-            if not self.query.nearer(poses[i], margin):
-                continue
+        at = np.flatnonzero(near)
+        for i in at[self.query.near(poses[at], np.full(len(at), margin))].tolist():
             depth = self.query.depth(poses[i])
             touching = depth > ROUNDING
             if not touching and margin == 0.0:
