@@ -143,7 +143,7 @@ class Resolution:
     spin: float
     states: int
     radius: float = np.inf
-    start: float = 0.02
+    start: float = 0.005
     rows: int = 250
     backwards: bool = False
     by_other_price: bool = False

@@ -68,7 +68,7 @@ def travelled(problem: Problem, path: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return up, down
 
 
-def priced(problem: Problem, costs: BlockCosts, path: np.ndarray, start: float = 0.02) -> float:
+def priced(problem: Problem, costs: BlockCosts, path: np.ndarray, start: float = ANYWHERE.start) -> float:
     """Price a path by the formula of a block, and its starts and reversals."""
     ways = np.stack(travelled(problem, path))
     travel, time = ways.sum(axis=0), problem.least_time[:, None]
