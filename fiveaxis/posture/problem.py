@@ -192,9 +192,13 @@ class Problem(StepTable):
         return np.maximum(self.machine.limit_excess(positions), 0.0).sum(axis=-1)
 
     def excess(self, rotary: Array) -> Array:
-        """Find how far a path, (n, 2) rad, breaks bounds or limits at locations, (n,): cosine, mm or rad."""
+        """Find how far a path, (n, 2) rad, breaks bounds or limits at locations, (n,): cosine, mm or rad.
+
+        It is infinite where linear axes have no values.
+        """
         positions, excess = self.placed(slice(None), rotary)
-        return np.asarray(np.fmax(excess, self.limit_excess(positions)))
+        over = np.maximum(excess, self.limit_excess(positions))
+        return np.where(np.isnan(over), np.inf, over)
 
     @property
     def terms(self) -> tuple[Term, ...]:
