@@ -21,6 +21,7 @@ VECTOR_CODE |= {"logaddexp", "logspace", "power", "sinh", "tan", "tanh"}
 OPTIONS = {"fastmath", "optimize", "parallel"}
 # Who may use them, and why.
 EXCEPTIONS = {
+    "base/compiling.py": "keeps numba from looking for BLAS while it loads",
     "lab/calibration/drive_fits.py": "fits powers to logs before postures are chosen; users round them",
     "model/energy/totals.py": "draws powers for the range of savings, after the postures are chosen",
     "posture/local/ipopt.py": "states the problem in CasADi; IPOPT's own linear algebra is BLAS",
