@@ -220,18 +220,25 @@ def find_accessible(
             continue
         if name == "part":
             solids.insert(0, _cutter_in_cut(tool))
-        obstacles += _shank_apart(Obstacle.build(name, mesh, solids), toolpath)
+        obstacles.append(Obstacle.build(name, mesh, solids))
+    of_meshes = len(obstacles)
     around = [(fixture.name, shape_triangles(fixture.shape)) for fixture in surroundings.fixtures]
     solids = [solid.grown(clearances.by_kind[solid.name] + extra) for solid in tool_solids(tool)]
     for name, triangles in (*around, *_table_bodies(machine)):
         obstacles.append(Obstacle.build(name, triangles, [*solids, *head]))
-    obstacles = [obstacle for obstacle in obstacles if obstacle.solids]
-    _log_obstacles(toolpath, obstacles)
+    _log_obstacles(toolpath, [obstacle for obstacle in obstacles if obstacle.solids])
+    apart = (part for one in obstacles[:of_meshes] for part in _shank_apart(one, toolpath))
+    obstacles = [obstacle for obstacle in (*apart, *obstacles[of_meshes:]) if obstacle.solids]
     return Accessibility(toolpath, machine, obstacles) if obstacles else None
 
 
-def _shank_apart(obstacle: Obstacle, toolpath: Toolpath) -> Iterator[Obstacle]:
+def _shank_apart(
+    obstacle: Obstacle | ShrinkingStock, toolpath: Toolpath
+) -> Iterator[Obstacle | ShrinkingStock]:
     """Yield an obstacle without the shank, and for the shank with its cones: thick parts hit soonest."""
+    if isinstance(obstacle, ShrinkingStock):
+        yield obstacle
+        return
     thin = tuple(solid for solid in obstacle.solids if solid.name == SHANK)
     yield replace(obstacle, solids=tuple(solid for solid in obstacle.solids if solid.name != SHANK))
     yield Coned.of(replace(obstacle, solids=thin), toolpath)
