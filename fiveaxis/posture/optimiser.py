@@ -39,8 +39,8 @@ from fiveaxis.posture.strategy.infeasibility import refusal, unreachable, withou
 from fiveaxis.posture.strategy.least_time import time_findings
 from fiveaxis.posture.strategy.near import Near, refined
 from fiveaxis.posture.strategy.programs import Breach
+from fiveaxis.posture.strategy.rotary_bounds import hold, turn_bounds
 from fiveaxis.posture.strategy.singular import Cone, with_findings
-from fiveaxis.posture.strategy.turn_bounds import hold, turn_bounds
 from fiveaxis.posture.turns.rewinding import endless, winding_columns
 from fiveaxis.posture.turns.unwrapped import path_check, rewind_solution
 

@@ -255,3 +255,21 @@ class Problem(StepTable):
         """Compute how far cutting steps turn beyond their bound, (n − 1,) rad; 0 on links."""
         turns = (np.abs(np.diff(rotary, axis=0)) - self.max_turn).max(axis=1)
         return np.where(self.strict, np.maximum(turns, 0.0), 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Instance:
+    """A path with inserted locations, and its problem with the prices of travel, or of time.
+
+    Each location has a fractional index in the given path, (n,).
+    """
+
+    path: Toolpath
+    location: Array
+    problem: Problem
+    bounds: TiltBounds
+
+    @property
+    def own(self) -> BoolArray:
+        """(n,), whether it is one of the given path's locations."""
+        return self.location == np.floor(self.location)

@@ -30,7 +30,7 @@ from fiveaxis.model import Constraints, Filling, block_costs, feed_times, follow
 from fiveaxis.posture import Options, optimise_postures
 from fiveaxis.posture.local.optima import refine
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.strategy.turn_bounds import turn_bounds
+from fiveaxis.posture.strategy.rotary_bounds import turn_bounds
 
 CASES = ("vase", "wall", "dome-top", "dome", "example", "propeller", "supportless")
 READ_BOTH_WAYS = ("vase", "wall", "dome-top", "dome")

@@ -221,14 +221,13 @@ def find_accessible(
         if name == "part":
             solids.insert(0, _cutter_in_cut(tool))
         obstacles.append(Obstacle.build(name, mesh, solids))
-    of_meshes = len(obstacles)
     around = [(fixture.name, shape_triangles(fixture.shape)) for fixture in surroundings.fixtures]
     solids = [solid.grown(clearances.by_kind[solid.name] + extra) for solid in tool_solids(tool)]
-    for name, triangles in (*around, *_table_bodies(machine)):
-        obstacles.append(Obstacle.build(name, triangles, [*solids, *head]))
-    _log_obstacles(toolpath, [obstacle for obstacle in obstacles if obstacle.solids])
-    apart = (part for one in obstacles[:of_meshes] for part in _shank_apart(one, toolpath))
-    obstacles = [obstacle for obstacle in (*apart, *obstacles[of_meshes:]) if obstacle.solids]
+    bodies = (*around, *_table_bodies(machine))
+    others = [Obstacle.build(name, triangles, [*solids, *head]) for name, triangles in bodies]
+    _log_obstacles(toolpath, [obstacle for obstacle in (*obstacles, *others) if obstacle.solids])
+    apart = (part for one in obstacles for part in _shank_apart(one, toolpath))
+    obstacles = [obstacle for obstacle in (*apart, *others) if obstacle.solids]
     return Accessibility(toolpath, machine, obstacles) if obstacles else None
 
 

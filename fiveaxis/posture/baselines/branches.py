@@ -30,7 +30,7 @@ from fiveaxis.model import (
     travel_costs,
     within_limits,
 )
-from fiveaxis.posture.strategy.turn_bounds import free_angles
+from fiveaxis.posture.strategy.rotary_bounds import free_angles
 
 # Steps of the tilt range.
 TILT_STEPS = 61

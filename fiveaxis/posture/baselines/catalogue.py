@@ -44,7 +44,7 @@ from fiveaxis.model import (
 from fiveaxis.posture.baselines.branches import follow_axes, follow_each, nearest_held, nearest_to_reference
 from fiveaxis.posture.location_model import LocationModel, Locations, place
 from fiveaxis.posture.solution import AS_PROGRAMMED, Baseline
-from fiveaxis.posture.strategy.turn_bounds import free_angles, is_holding
+from fiveaxis.posture.strategy.rotary_bounds import free_angles, is_holding
 
 # Step of the lead and lean angles of `lead-lean`.
 LEAN_STEP = np.radians(15.0)

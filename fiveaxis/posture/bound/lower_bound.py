@@ -45,7 +45,7 @@ from fiveaxis.posture.bound.cells import HUGE, AngleCells, Window, cut_cells, en
 from fiveaxis.posture.bound.climb import FIRST_CELLS, FIRST_STEP, Climb, Crossed, Level
 from fiveaxis.posture.bound.corners import FAR, Corners, Lattice
 from fiveaxis.posture.bound.sweep import ACROSS, Neighbours, Prices, find_sources, grouped, reach
-from fiveaxis.posture.strategy.turn_bounds import turn_bounds
+from fiveaxis.posture.strategy.rotary_bounds import turn_bounds
 
 if TYPE_CHECKING:
     from fiveaxis.posture.solution import Optimum

@@ -154,6 +154,17 @@ def travelled_along(
 
 
 @innermost
+def travelled_far(
+    problem: SearchProblem, layers: Layers, j: int, i: int, turn1: float, turn2: float, space: Space
+) -> None:
+    """Set how far axes travel up and down in step i from state j, however far it turns, rad."""
+    if max(abs(turn1), abs(turn2)) > COURSE_PART:
+        travelled_along(problem, layers, j, i, turn1, turn2, space)
+    else:
+        travelled(layers.positions, i, j, space.axes)
+
+
+@innermost
 def step_price(prices: Prices, i: int, before: int, axes: Array, turned: float) -> tuple[float, int]:
     """Price step i by how far axes travel up and down, (k, 3); and say which axes move which way.
 
@@ -537,8 +548,8 @@ def candidates(
                     continue
                 if move >= 0:
                     keep_held(layers.positions, i, j, moves, move, axes)
-            if move == ONTO_PATH and max(abs(turn1), abs(turn2)) > COURSE_PART:
-                travelled_along(problem, layers, j, i, turn1, turn2, space)
+            if move == ONTO_PATH:
+                travelled_far(problem, layers, j, i, turn1, turn2, space)
             else:
                 travelled(layers.positions, i, j, axes)
             turned = turn1 * turn1 + turn2 * turn2
@@ -735,10 +746,7 @@ def solved(
                 keep_held(layers.positions, i, j, moves, move, axes)
             elif move == BESIDE_PATH:
                 axes[cells.level, THERE] = layers.positions[now, j, cells.level]
-            if max(abs(turn1), abs(turn2)) > COURSE_PART:
-                travelled_along(problem, layers, j, i, turn1, turn2, space)
-            else:
-                travelled(layers.positions, i, j, axes)
+            travelled_far(problem, layers, j, i, turn1, turn2, space)
             turned = turn1 * turn1 + turn2 * turn2
             price, moved = step_price(problem.prices, i, layers.moved[now, j], axes, turned)
             if over > ROUNDING:

@@ -19,11 +19,12 @@ from fiveaxis.base import STAGES, Array, BoolArray, NoBaseline, Steps, at_once, 
 from fiveaxis.model import Energy, axis_bounds, follow, interpolate
 from fiveaxis.posture.baselines.branches import require_blocks
 from fiveaxis.posture.mask import Mask
+from fiveaxis.posture.problem import Instance
 from fiveaxis.posture.search.successors import Resolution, sparse_rows, turning_rows, widened
 from fiveaxis.posture.solution import Baseline, Optimum, SolverStep, program_energy
 from fiveaxis.posture.strategy.effort import resolution
 from fiveaxis.posture.strategy.fairing import faired, within_turns
-from fiveaxis.posture.strategy.programs import SHARPEST, Breach, Candidate, Delivered, Instance, Programs
+from fiveaxis.posture.strategy.programs import SHARPEST, Breach, Candidate, Delivered, Programs
 
 # Share of a step below which a turn counts as none when time is the objective, by round.
 SHARPNESS = (0.1, 0.03, SHARPEST, SHARPEST, SHARPEST)

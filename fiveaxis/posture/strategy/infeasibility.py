@@ -27,7 +27,7 @@ from fiveaxis.posture.baselines.branches import nearest_held, nearest_to_referen
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.search.successors import sampled
-from fiveaxis.posture.strategy.turn_bounds import free_angles, is_holding
+from fiveaxis.posture.strategy.rotary_bounds import free_angles, is_holding
 
 # Rings of tool axes over the tilt range, around the reference, that are tried at a location.
 RINGS, AXES_PER_RING = 13, 120

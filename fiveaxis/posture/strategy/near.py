@@ -10,7 +10,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,7 +17,7 @@ from fiveaxis.base import Array, BoolArray, IntArray, Steps, normalise, perpendi
 from fiveaxis.model import INSIDE_OF, TURN, BlockCosts, TiltBounds, interpolate, tool_axes
 from fiveaxis.posture.local.optima import refine
 from fiveaxis.posture.mask import Mask
-from fiveaxis.posture.problem import Problem
+from fiveaxis.posture.problem import Instance, Problem
 from fiveaxis.posture.search.successors import (
     Admits,
     ConeLimit,
@@ -30,9 +29,6 @@ from fiveaxis.posture.search.successors import (
 )
 from fiveaxis.posture.strategy.effort import DEGREE, Effort
 from fiveaxis.posture.strategy.singular import Cone, bounded_within, turning_within
-
-if TYPE_CHECKING:
-    from fiveaxis.posture.strategy.programs import Instance
 
 # First barrier parameter, J, near a path; IPOPT's iterations where a path is searched.
 BARRIER, WHOLE_ITERATIONS = 1e-2, 120

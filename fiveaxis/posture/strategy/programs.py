@@ -25,11 +25,11 @@ from fiveaxis.model import (
 )
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.options import Options
-from fiveaxis.posture.problem import ALLOWED, Problem
+from fiveaxis.posture.problem import ALLOWED, Instance, Problem
 from fiveaxis.posture.solution import program_energy, timed_energy
 from fiveaxis.posture.strategy.least_time import TIME_PRICE, by_time, from_rest_to_rest
 from fiveaxis.posture.strategy.near import FREE, Near
-from fiveaxis.posture.strategy.turn_bounds import shared
+from fiveaxis.posture.strategy.rotary_bounds import shared
 from fiveaxis.posture.terms import bends, terms_of, waits
 
 # Violation that is tolerated between two locations (cosine, mm, rad).
@@ -41,24 +41,6 @@ BESIDE = bends, waits
 
 # Makes the problem of a path with inserted locations from their fractional indices, (n,), in the given path.
 Build = Callable[[Toolpath, Array], tuple[Problem, TiltBounds]]
-
-
-@dataclass(frozen=True, eq=False)
-class Instance:
-    """A path with inserted locations, and its problem with the prices of travel, or of time.
-
-    Each location has a fractional index in the given path, (n,).
-    """
-
-    path: Toolpath
-    location: Array
-    problem: Problem
-    bounds: TiltBounds
-
-    @property
-    def own(self) -> BoolArray:
-        """(n,), whether it is one of the given path's locations."""
-        return self.location == np.floor(self.location)
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ import fiveaxis as fx
 from fiveaxis.check import Fixture
 from fiveaxis.model import Constraints, TiltBounds
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.strategy.turn_bounds import turn_bounds
+from fiveaxis.posture.strategy.rotary_bounds import turn_bounds
 
 FOLDER = Path(__file__).with_name("cases")
 KEYS = {"path", "tilt", "cone", "max_turn"}

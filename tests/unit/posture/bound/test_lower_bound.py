@@ -23,7 +23,7 @@ from fiveaxis.model import (
 )
 from fiveaxis.posture.bound.lower_bound import LowerBound, bound_energy, bound_travel
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.strategy.turn_bounds import turn_bounds
+from fiveaxis.posture.strategy.rotary_bounds import turn_bounds
 
 TILT = (15.0, 60.0)
 ROUNDING = 1e-6  # J

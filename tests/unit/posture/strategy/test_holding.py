@@ -10,7 +10,7 @@ from support.travel_optimiser import optimise
 from fiveaxis.base.errors import Infeasible, SettingError
 from fiveaxis.check import verify
 from fiveaxis.model import Tool, Toolpath, tool_axes, turned
-from fiveaxis.posture.strategy.turn_bounds import free_angles, hold, is_holding
+from fiveaxis.posture.strategy.rotary_bounds import free_angles, hold, is_holding
 
 
 def wave(n: int = 5) -> Toolpath:

@@ -13,7 +13,7 @@ from fiveaxis.model import Clock, Constraints, Interpolation, Machine, Tool, Too
 from fiveaxis.nc import DIALECTS
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.strategy.least_time import TIME_PRICE, by_time, from_rest_to_rest
-from fiveaxis.posture.strategy.turn_bounds import turn_bounds
+from fiveaxis.posture.strategy.rotary_bounds import turn_bounds
 from fiveaxis.posture.terms import acceleration_excess
 from fiveaxis.show.report.page import compose_page
 

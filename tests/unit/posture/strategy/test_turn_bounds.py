@@ -7,7 +7,7 @@ import pytest
 
 from fiveaxis.model import Constraints, Tool, Toolpath, divided_rows, refined
 from fiveaxis.posture import Options, optimise_postures
-from fiveaxis.posture.strategy.turn_bounds import PROGRAMMED_SHARE, turn_bounds
+from fiveaxis.posture.strategy.rotary_bounds import PROGRAMMED_SHARE, turn_bounds
 
 PLACES = np.array([[0.0, 0, 0], [5.0, 0, 0], [9.0, 0, 0], [12.0, 0, 0]])
 
