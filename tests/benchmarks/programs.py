@@ -68,7 +68,7 @@ def run(name: str) -> tuple[list[float], int]:
         try:
             solution = fx.optimise(case.read(), machine, effort="quick", **case.options)
         except Infeasible as fault:
-            print(f"{name:12} {machine_name:20} no solution: {fault.message[:90]}")
+            print(f"{name:12} {machine_name:20} no solution: {str(fault)[:90]}")
             bad += 1
             continue
         for control, mode in MODES:

@@ -15,11 +15,12 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+import trimesh
 from scipy.interpolate import make_interp_spline
 
 import fiveaxis as fx
 from fiveaxis.base import Workpiece
-from fiveaxis.cam import TriangleTree, load_mesh, path_quality
+from fiveaxis.cam import Mesh, TriangleTree, load_mesh, path_quality
 from fiveaxis.check import Surroundings, Tolerances
 from fiveaxis.check.verification.check_context import make_context
 from fiveaxis.check.verification.collisions import check_collisions
@@ -247,16 +248,15 @@ def time_collisions(part: Path, hayashi: fx.Machine) -> None:
     path = solution.toolpath
     context = make_context(solution.motion, hayashi, path, None, Tolerances())
     mesh = Surroundings.of(Workpiece(part=part)).part
-    for solid in (mesh, mesh.subdivide()):
-        around, effort = Surroundings(solid), {}
+    for solid in (mesh, Mesh(*trimesh.remesh.subdivide(mesh.vertices, mesh.faces))):
+        around = Surroundings(solid)
         rate(
             f"collisions, {len(solid.faces):,} triangles, locations",
             len(path),
-            lambda around=around, effort=effort: check_collisions(context, around, effort=effort),
+            lambda around=around: check_collisions(context, around),
         )
-        asked = {first: f"{e.queries / 2:,.0f}" for (first, _), e in effort.items()}
         bad = sum(len(result.rows) for result in check_collisions(context, around))
-        print(f"{'':45} {len(path):,} locations, {bad:,} findings, queries {asked}")
+        print(f"{'':45} {len(path):,} locations, {bad:,} findings")
 
 
 def time_gouges(part: Path) -> None:

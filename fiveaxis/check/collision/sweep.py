@@ -159,8 +159,7 @@ class _Search:
         locations = np.unique(np.concatenate([start, moves, moves + 1]))
         locations = locations[counted[locations]]
         poses, corners = self.travel.poses[locations], self.travel.corners[locations]
-        near = self._near(poses, corners, np.full(len(locations), margin))
-        here = list(self._judge(locations, np.ones(len(locations)), poses, near, margin))
+        here = list(self._judge(locations, np.ones(len(locations)), poses, corners, margin))
         known = np.array([int(hits.rows[0]) for hits in here], dtype=np.int64)
         return join([*here, *self._within(moves[~np.isin(moves + 1, known)], margin)])
 
@@ -313,7 +312,7 @@ class _Search:
         ends = np.maximum(
             _farthest(travel.corners[moves], corners), _farthest(travel.corners[moves + 1], corners)
         )
-        return moves[self._near(poses, corners, margin + ends + travel.bends[moves] / 32.0)]
+        return moves[self._maybe_near(poses, corners, margin, ends + travel.bends[moves] / 32.0)]
 
     def _groups_near(self, groups: IntArray, size: int, margin: float) -> BoolArray:
         """Find which groups, (g,), of moves aren't proven clear; group g has the `size` moves from g·size."""
@@ -329,8 +328,10 @@ class _Search:
         bends = np.append(self.travel.bends, 0.0)[rows] / 8.0
         bends[first + count - 1] = 0.0
         reach = np.maximum.reduceat(away, first) + np.maximum.reduceat(bends, first)
-        hopeless = reach > self.travel.mover.size
-        return self._near(self.travel.poses[middle], corners[middle], margin + reach, skip=hopeless)
+        mover, other = self.travel.mover, self.travel.other
+        # Of a group boxes tell nearly as much about convex pieces, and no loop has to be compiled for it.
+        skip = (reach > mover.size) | (not (mover.is_mesh or other.is_mesh))
+        return self._near(self.travel.poses[middle], corners[middle], margin + reach, skip)
 
     def _within(self, moves: IntArray, margin: float) -> Iterator[Hits]:
         """Check the inside of moves, halving what isn't proven clear, until the first hits of each move."""
@@ -343,8 +344,8 @@ class _Search:
             corners = travel.corners_at(poses)
             ends = np.maximum(_farthest(at_low, corners), _farthest(at_high, corners))
             reach = ends + travel.bends[moves] * (high - low) ** 2 / 32.0
-            near = self._near(poses, corners, margin + reach)
-            hits = list(self._judge(moves + 1, middle, poses, near, margin))
+            near = self._maybe_near(poses, corners, margin, reach)
+            hits = list(self._judge(moves[near] + 1, middle[near], poses[near], corners[near], margin))
             yield from hits
             done = np.array(sorted({int(h.rows[0]) - 1 for h in hits}), dtype=np.int64)
             going = near & (2.0 * reach > self.sweep.tolerance) & ~np.isin(moves, done)
@@ -353,10 +354,18 @@ class _Search:
             at_low = np.concatenate([at_low[going], corners[going]])
             at_high = np.concatenate([corners[going], at_high[going]])
 
+    def _maybe_near(self, poses: Array, corners: Array, margin: float, reach: Array) -> BoolArray:
+        """Find the poses, (m, 4, 4), from which the pieces may come nearer than a margin, mm, within a reach.
+
+        From farther than the mover's size, (m,) mm, they always may, unless boxes show that they don't.
+        """
+        return self._near(poses, corners, margin + reach, reach > self.travel.mover.size)
+
     def _near(self, poses: Array, corners: Array, margins: Array, skip: BoolArray | None = None) -> BoolArray:
         """Find the poses, (m, 4, 4), in which the pieces are nearer than margins, (m,) mm, by boxes first.
 
-        Poses of `skip`, (m,), count as near without a query, unless their boxes are clear.
+        Poses of `skip`, (m,), count as near without a query, unless their boxes are clear. What boxes settle
+        needs no loop, which takes a second or two to compile.
         """
         other = self.travel.other
         low, high = corners.min(axis=1), corners.max(axis=1)
@@ -364,18 +373,18 @@ class _Search:
         near = np.linalg.norm(apart, axis=1) <= margins
         self.sweep.culled += int(len(near) - near.sum())
         asked = np.flatnonzero(near if skip is None else near & ~skip)
-        near[asked] = self.query.near(poses[asked], margins[asked])
+        if len(asked):
+            near[asked] = self.query.near(poses[asked], margins[asked])
         return near
 
     def _judge(
-        self, rows: IntArray, shares: Array, poses: Array, near: BoolArray, margin: float
+        self, rows: IntArray, shares: Array, poses: Array, corners: Array, margin: float
     ) -> Iterator[Hits]:
         """Query poses that may be too near without the reach, and measure their overlap or gap.
 
         Most aren't: overlaps are asked for last, whose loop takes a second to compile.
         """
-        at = np.flatnonzero(near)
-        for i in at[self.query.near(poses[at], np.full(len(at), margin))].tolist():
+        for i in np.flatnonzero(self._near(poses, corners, np.full(len(poses), margin))).tolist():
             depth = self.query.depth(poses[i])
             touching = depth > ROUNDING
             if not touching and margin == 0.0:
