@@ -263,12 +263,12 @@ def sums_near(
     vertex, `first`, (v + 1,), where those of each vertex begin in it; angles are (3f,) rad by corner, areas
     (f,) mm². The cosine of two normals must exceed the least one.
     """
-    total = np.zeros((len(order), 3))
+    total = np.empty((len(order), 3))
     for vertex in range(len(first) - 1):
         for i in range(first[vertex], first[vertex + 1]):
             own = facets[order[i] // 3]
             sums = total[order[i]]
-            turn, thin = 0.0, 0.0
+            sums[0], sums[1], sums[2], turn, thin = 0.0, 0.0, 0.0, 0.0, 0.0
             for j in range(first[vertex], first[vertex + 1]):
                 near, area = facets[order[j] // 3], areas[order[j] // 3]
                 if area > 0.0 and own[0] * near[0] + own[1] * near[1] + own[2] * near[2] > least:

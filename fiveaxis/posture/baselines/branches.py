@@ -160,7 +160,7 @@ def cheapest_branches(
     """
     n, k = positions.shape[1], positions.shape[2]
     turn = 2.0 * np.pi
-    came = np.zeros((n, 2), dtype=np.int8)
+    came = np.empty((n, 2), dtype=np.int64)
     trail = np.empty((n, 2, 2))
     cost, reached = np.empty(2), np.empty(2)
     here, there, moved = np.empty((2, k)), np.empty(k), np.empty((2, k))
@@ -172,7 +172,7 @@ def cheapest_branches(
             trail[0, b, r] = positions[b, 0, columns[r]]
     for i in range(1, n):
         for b in range(2):
-            reached[b] = np.inf
+            reached[b], came[i, b] = np.inf, 0
             for d in range(2):
                 if not allowed[b, i] or cost[d] == np.inf:
                     continue
@@ -203,7 +203,7 @@ def cheapest_branches(
     branch = 0 if cost[0] <= cost[1] else 1
     for i in range(n - 1, -1, -1):
         rotary[i, 0], rotary[i, 1] = trail[i, branch, 0], trail[i, branch, 1]
-        branch = int(came[i, branch])
+        branch = came[i, branch]
     return rotary
 
 

@@ -254,10 +254,12 @@ def solve_band(band: Array, right: Array, free: BoolArray, shift: float, dx: Arr
     free are 0. The step dx, (N,), is filled in.
     """
     count, width = band.shape
-    low, pivot = np.zeros((count, width)), np.empty(count)
+    low, pivot = np.empty((count, width)), np.empty(count)
     for i in range(count):
         if not free[i]:
             pivot[i], dx[i] = 1.0, 0.0
+            for e in range(width):
+                low[i, e] = 0.0
             continue
         nearest = max(0, i - width + 1)
         diagonal, u = band[i, 0] + shift, -right[i]
@@ -382,7 +384,11 @@ def direct(
         filled in
     """
     d, count, width = point.d, len(dx), point.gradient.shape[1]
-    band, right = np.zeros((count, width)), np.zeros(count)
+    band, right = np.empty((count, width)), np.empty(count)
+    for i in range(count):
+        right[i] = 0.0
+        for e in range(width):
+            band[i, e] = 0.0
     for i in range(len(curvature)):
         for e in range(d):
             for f in range(e + 1):
