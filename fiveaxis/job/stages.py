@@ -29,6 +29,7 @@ from fiveaxis.model import (
     Machine,
     Toolpath,
     admitted,
+    blocks_energy,
     describe_powers,
     tool_axes,
 )
@@ -39,7 +40,6 @@ from fiveaxis.posture import (
     Front,
     Optimum,
     Options,
-    blocks_energy,
     find_front,
     optimise_postures,
     undominated,

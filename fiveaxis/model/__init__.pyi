@@ -1,6 +1,9 @@
 from .energy.block_costs import BlockCosts as BlockCosts
 from .energy.block_costs import block_costs as block_costs
 from .energy.block_costs import least_travel_costs as least_travel_costs
+from .energy.blocks import blocks_energy as blocks_energy
+from .energy.blocks import program_energy as program_energy
+from .energy.blocks import timed_energy as timed_energy
 from .energy.drives import drive_power as drive_power
 from .energy.drives import lifting_costs as lifting_costs
 from .energy.drives import power_findings as power_findings

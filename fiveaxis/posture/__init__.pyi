@@ -14,7 +14,6 @@ from .solution import RESULT as RESULT
 from .solution import Baseline as Baseline
 from .solution import Optimum as Optimum
 from .solution import SolverStep as SolverStep
-from .solution import blocks_energy as blocks_energy
 from .strategy.front import Front as Front
 from .strategy.front import FrontPoint as FrontPoint
 from .strategy.front import find_front as find_front

@@ -318,7 +318,7 @@ class Attempts:
         motion = follow(path, machine, rotary)
         energy = motion_energy(machine, motion)
         logger.info("%d locations on %s: %.1f J to begin with", len(path), machine.name, energy.total)
-        stages = (SolverStep("path to begin with", "found", 0, None, problem.path_cost(rotary)),)
+        stages = (SolverStep("path to begin with", "found", None, problem.path_cost(rotary)),)
         found = Optimum(machine, path, bounds, motion, energy, compared, missing, stages, problem)
 
         def rebuild(again: Toolpath, location: Array | None = None) -> tuple[Problem, TiltBounds]:

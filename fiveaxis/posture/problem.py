@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fiveaxis.base import Array, BoolArray, IntArray, product
+from fiveaxis.base import Array, BoolArray, IntArray
 from fiveaxis.model import (
     PER_LOCATION,
     Machine,
@@ -241,10 +241,17 @@ class Problem(StepTable):
     def priced(self, rotary: Array) -> float:
         """Sum a path's cost and the price of its violations, J; `rotary` is (n, 2) rad."""
         positions, excess = self.placed(slice(None), rotary)
-        turns = np.maximum(np.abs(np.diff(rotary, axis=0)) - self.max_turn, 0.0).sum(axis=1)
-        faults = VIOLATION_PRICE * (excess.sum() + self.limit_excess(positions).sum())
-        prices = np.where(self.strict, CUT_TURN_PRICE, VIOLATION_PRICE)
-        return self.cost(positions) + float(faults + product(prices, turns))
+        faults = self.place_prices(positions, excess).sum() + self.turn_prices(np.diff(rotary, axis=0)).sum()
+        return self.cost(positions) + float(faults)
+
+    def place_prices(self, positions: Array, excess: Array) -> Array:
+        """Price what postures break at their locations, as `placed` gives them, (…,) J."""
+        return VIOLATION_PRICE * (excess + self.limit_excess(positions))
+
+    def turn_prices(self, turns: Array) -> Array:
+        """Price by how much steps turn too far, (n − 1,) J; turns are (n − 1, 2) rad."""
+        over = np.maximum(np.abs(turns) - self.max_turn, 0.0).sum(axis=1)
+        return np.where(self.strict, CUT_TURN_PRICE, VIOLATION_PRICE) * over
 
     def violation(self, rotary: Array) -> float:
         """Find the worst violation of a path, (n, 2) rad: cosine, mm or rad; 0 if there is none."""

@@ -19,7 +19,6 @@ from fiveaxis.model import (
     Limiting,
     Machine,
     Motion,
-    PredictedTime,
     TiltBounds,
     Toolpath,
     energy_draws,
@@ -47,13 +46,11 @@ class SolverStep:
     ----------
     name : which search, or the refinement and the start it refined
     status : reported by the step, e.g. ``Solve_Succeeded``
-    iterations : of the NLP; states visited for a search
     before, after : objective, J; `before` is None for a search, which has no start
     """
 
     name: str
     status: str
-    iterations: int
     before: float | None
     after: float
 
@@ -82,29 +79,6 @@ class Baseline:
 
     def __repr__(self) -> str:
         return f"<Baseline: {self.energy!r}>"
-
-
-def program_energy(
-    machine: Machine, toolpath: Toolpath, motion: Motion, filling: Filling, clock: Clock
-) -> Energy:
-    """Compute the energy of the blocks that a motion becomes, without approach and retract."""
-    return blocks_energy(machine, filling.blocks(toolpath, machine, motion), clock)
-
-
-def blocks_energy(machine: Machine, blocks: Motion, clock: Clock, rounding: float = 0.0) -> Energy:
-    """Compute the energy of a program's blocks over the control's time, and what limits their speed.
-
-    It takes half as long again as `timed_energy`. The rounding, mm, is as for `motion_energy`.
-    """
-    taken = clock(blocks, machine)
-    energy = timed_energy(machine, blocks, taken, rounding)
-    return replace(energy, limited=taken.limiting.by_cause)
-
-
-def timed_energy(machine: Machine, blocks: Motion, taken: PredictedTime, rounding: float = 0.0) -> Energy:
-    """Compute the energy of blocks over their predicted times."""
-    energy = motion_energy(machine, replace(blocks, time=taken.times), rounding=rounding)
-    return replace(energy, feed_time=float(blocks.time.sum()), timing=taken.basis)
 
 
 @dataclass(frozen=True, eq=False)

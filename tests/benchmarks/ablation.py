@@ -29,13 +29,10 @@ CASES = ("vase", "wall", "dome-top", *SHAPES)
 def parts(effort: Effort) -> dict[str, Effort]:
     """Leave out each part of an effort that it has, the smaller effort aside."""
     forwards = tuple(one for one in effort.everywhere if not one.backwards)
-    priced = tuple(one for one in effort.everywhere if not one.by_other_price)
     without = {
         "no search from the end": replace(effort, everywhere=forwards),
-        "no search by travel": replace(effort, everywhere=priced),
         "no search about the best": replace(effort, around=()),
-        "one sharpness": replace(effort, sharpness=effort.sharpness[-1:]),
-        "the best start alone": replace(effort, whole=1),
+        "the first level and spin alone": replace(effort, everywhere=effort.everywhere[:2]),
         "no corridor": replace(effort, corridors=()),
         "no smaller effort": replace(effort, contains=None),
     }

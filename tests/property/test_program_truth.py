@@ -22,13 +22,21 @@ from fiveaxis.job.description import Job
 from fiveaxis.job.in_place import RevisedOperation
 from fiveaxis.job.program_choice import LONGER, MORE_OFTEN, WORTHWHILE
 from fiveaxis.job.solution import Solution
-from fiveaxis.model import Interpolation, block_ends, block_times, follow, load_machine, with_powers
+from fiveaxis.model import (
+    Interpolation,
+    block_ends,
+    block_times,
+    follow,
+    load_machine,
+    program_energy,
+    with_powers,
+)
 from fiveaxis.model.motion.deviation import WRITTEN_TOLERANCE, path_deviation
 from fiveaxis.nc.control.feed_meaning import program_dialect
 from fiveaxis.nc.own_header import CONTROL
 from fiveaxis.nc.source import load_source
 from fiveaxis.nc.writing.header import comment_lines
-from fiveaxis.posture.solution import AS_PROGRAMMED, program_energy
+from fiveaxis.posture.solution import AS_PROGRAMMED
 from fiveaxis.show import write_json
 from fiveaxis.show.viewer.moves import choose_sides
 

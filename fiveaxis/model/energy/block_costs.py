@@ -24,9 +24,6 @@ from fiveaxis.model.machine.drives import FrictionDrive
 from fiveaxis.model.machine.model import Machine
 from fiveaxis.model.toolpath.steps import StepTable, per_step
 
-# Share of a block's cost that is rounding.
-ROUNDING = 1e-6
-
 
 @dataclass(frozen=True, eq=False)
 class BlockCosts(StepTable):
@@ -58,11 +55,6 @@ class BlockCosts(StepTable):
         """Make costs in proportion to travel, (n, k) J/mm and J/rad."""
         none = np.zeros_like(plus)
         return cls(np.stack([plus, minus]), np.zeros((2, *plus.shape)), none, none, none)
-
-    @property
-    def has_constant_power(self) -> bool:
-        """Whether a part of a drive's power doesn't depend on its speed, but for rounding."""
-        return bool((self.standing > ROUNDING * self.slope * self.step).any())
 
     def near(self, travel: Array, sharpness: float) -> tuple[Array, Array]:
         """Compute prices of travel near a solution, (n, k) J/mm and J/rad: what moves has all but paid.

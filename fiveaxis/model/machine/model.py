@@ -145,6 +145,11 @@ class Machine(Posing, ShownAsTable):
         return np.array([a.is_rotary for a in self.axes], dtype=bool)
 
     @cached_property
+    def is_endless(self) -> BoolArray:
+        """(k,), which axes are rotary and have no limits."""
+        return self.is_rotary & ~np.isfinite(self.high - self.low)
+
+    @cached_property
     def linear_columns(self) -> list[int]:
         """Columns of the linear axes, in column order."""
         return [i for i, a in enumerate(self.axes) if not a.is_rotary]

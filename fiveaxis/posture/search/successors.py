@@ -136,7 +136,6 @@ class Resolution:
     rows : about the fewest locations of a search everywhere
     backwards : whether a search everywhere begins at the last location: which states look cheap on the way
         depends on where it comes from
-    by_other_price : whether a search everywhere is priced otherwise than what is minimised, for another start
     """
 
     level: float
@@ -146,7 +145,6 @@ class Resolution:
     start: float = 0.005
     rows: int = 250
     backwards: bool = False
-    by_other_price: bool = False
 
     @property
     def finer(self) -> tuple[Resolution, ...]:
@@ -224,8 +222,7 @@ def _cheapest_path(
     dear = costs.standing[..., beside] if costs.standing.any() else costs.slope[..., beside] * sizes
     costliest = int(np.argmax(dear.sum(axis=(0, 1))))
     level, height = beside[costliest], float(sizes[costliest])
-    endless = not np.isfinite(machine.high[rotary[spin]] - machine.low[rotary[spin]])
-    around = round(TURN / resolution.spin) if endless else 0
+    around = round(TURN / resolution.spin) if machine.is_endless[rotary[spin]] else 0
     step, phase = (TURN / around, _phase(problem, spin)) if around else (resolution.spin, 0.0)
     # Samples begin at the phase, where rounding mustn't decide which cell is theirs.
     cells = Cells(level, spin, height, step, around, phase - BESIDE_END * step if around else 0.0)
@@ -401,8 +398,7 @@ def path_anywhere(
 
 def _begun_near_zero(problem: Problem, path: Array) -> Array:
     """Shift endless axes of a path, (n, 2) rad, by whole turns, so that it begins within half a turn of 0."""
-    machine, rotary = problem.machine, problem.machine.rotary_columns
-    endless = ~np.isfinite(machine.high[rotary] - machine.low[rotary])
+    endless = problem.machine.is_endless[problem.machine.rotary_columns]
     return path - np.where(endless, TURN * np.round(path[0] / TURN), 0.0)
 
 

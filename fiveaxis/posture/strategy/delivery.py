@@ -16,18 +16,17 @@ from typing import TypeVar
 import numpy as np
 
 from fiveaxis.base import STAGES, Array, BoolArray, NoBaseline, Steps, at_once, unheard
-from fiveaxis.model import Energy, axis_bounds, follow, interpolate
+from fiveaxis.model import Energy, axis_bounds, follow, interpolate, program_energy
 from fiveaxis.posture.baselines.branches import require_blocks
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.problem import Instance
+from fiveaxis.posture.search.splicing import spliced
 from fiveaxis.posture.search.successors import Resolution, sparse_rows, turning_rows, widened
-from fiveaxis.posture.solution import Baseline, Optimum, SolverStep, program_energy
+from fiveaxis.posture.solution import Baseline, Optimum, SolverStep
 from fiveaxis.posture.strategy.effort import resolution
 from fiveaxis.posture.strategy.fairing import faired, within_turns
-from fiveaxis.posture.strategy.programs import SHARPEST, Breach, Candidate, Delivered, Programs
+from fiveaxis.posture.strategy.programs import Breach, Candidate, Delivered, Programs
 
-# Share of a step below which a turn counts as none when time is the objective, by round.
-SHARPNESS = (0.1, 0.03, SHARPEST, SHARPEST, SHARPEST)
 # A round that saves a smaller share is the last; rounds of a refinement at most, and searches of a corridor.
 WORTHWHILE, MOST_ROUNDS, MOST_CURES = 2e-3, 12, 8
 # The corridor about a path that breaks a bound between its locations.
@@ -148,7 +147,7 @@ class Delivery(Programs):
             return self.final(here if found is None or not here.broken else self.priced(found))
         if self.at_knots:
             # It was solved at its knots until nothing more was saved; in between once is enough.
-            here = min(self._rounds(here, self._sharpness[-1:], 1), here, key=rank)
+            here = min(self._rounds(here, 1), here, key=rank)
             if not here.broken:
                 return self.final(here)
         if everywhere:
@@ -164,32 +163,24 @@ class Delivery(Programs):
 
         Returned is the steadiest program that costs little more than the cheapest, and no more than before.
         """
-        best, steadiest = start, None
+        best, steadiest, pool = start, None, list[Candidate]()
         for effort in self.near.effort.nested:
             own = replace(self, near=replace(self.near, effort=effort))
-            resolutions = effort.everywhere
-            if self.options.is_timed:
-                # Many postures cost no time: what costs little energy is another good start.
-                others = (replace(one, by_other_price=True) for one in resolutions if not one.by_other_price)
-                resolutions += tuple(others)
-            seeds = [partial(Delivery._candidate, resolution=one) for one in resolutions]
-            if not start.refused.any():
-                seeds.append(partial(Delivery._candidate, resolution=resolutions[0], known=start.rotary))
-            candidates = sorted((one for one in own._at_once(seeds) if one), key=rank)
-            tasks = [partial(Delivery._refined, candidate=one) for one in candidates[: effort.whole]]
-            begun = own._at_once(tasks)
-            if begun:
-                # What is a little out of bounds between locations comes back when these are solved, too.
-                first = min(begun, key=lambda one: (np.floor(one.broken), one.cost))
-                improved = own._improved(first, own._sharpness[1:] or own._sharpness)
+            seeds = [partial(Delivery._candidate, resolution=one) for one in effort.everywhere]
+            if best is start and not start.refused.any():
+                seeds.append(partial(seeds[0], known=start.rotary))
+            pool += [one for one in own._at_once(seeds) if one]
+            if pool:
+                pool += own._spliced(pool)
+                first = own._refined(min(pool, key=rank))
                 # Of programs that cost the same one that was refined stays.
-                best = min(improved, first, best, key=rank)
+                best = min(own._improved(first), first, best, key=rank)
             if best is start or best.broken:
                 best = min(own._improved(start), best, key=rank)
             found = [best]
             for corridor in effort.corridors:
                 near = own._corridor(best, corridor)
-                found.append(min(near, own._rounds(near, own._sharpness[-1:]), key=rank))
+                found.append(min(near, own._rounds(near), key=rank))
                 best = min(best, found[-1], key=rank)
             found = [self.final(min(self.bare(one), one, key=rank)) for one in found]
             steadiest = self._steadied(found, steadiest)
@@ -252,8 +243,7 @@ class Delivery(Programs):
         def search() -> Array | None:
             if known is not None:
                 return interpolate(known, few.location)
-            prices = self.costs(instance, other=True).thinned(rows) if resolution.by_other_price else costs
-            return self.near.found_anywhere(few, prices, resolution, self._steps(), queries_all)
+            return self.near.found_anywhere(few, costs, resolution, self._steps(), queries_all)
 
         name = "path to begin with" if known is not None else "search of all postures"
         found = self._found(search, name, unsearched)
@@ -269,68 +259,70 @@ class Delivery(Programs):
 
         def found() -> Array | None:
             path = search()
-            if path is None:
-                return None
-            for share in self._sharpness:
-                path = self.near.refined(few, self.local(few, path, share, costs), path)[:, :2]
-            return path
+            return None if path is None else self.near.refined(few, self.local(few, path, costs), path)[:, :2]
 
         path = self.options.checkpoint.found(found)
         if path is None:
             return None
         cost = self.repriced(few, path, costs, 0.0).priced(path)
-        self.stages.append(SolverStep(name, f"{len(path)} locations", 0, None, cost))
+        self.stages.append(SolverStep(name, f"{len(path)} locations", None, cost))
         refused = int(np.count_nonzero(self.near.refused(few, path)))
         return replace(before, path=path, rank=(refused, cost))
+
+    def _spliced(self, pool: Sequence[Candidate]) -> list[Candidate]:
+        """Refine the cheapest path of parts of candidates that are as good as the best, if it is new."""
+        best = min(pool, key=rank)
+        alike = [one for one in pool if one.rank[0] == best.rank[0]]
+        paths = [one.path for one in alike if np.array_equal(one.few.location, best.few.location)]
+        path = spliced(best.few.problem, best.costs, paths)
+        if any(np.allclose(path, one) for one in paths):
+            return []
+        found = self._found(lambda: path, "parts of what was found", best)
+        return [found] if found else []
 
     def _refined(self, candidate: Candidate) -> Delivered:
         """Search about what was found among all postures, and refine it once on its program's locations."""
         for around in self.near.effort.around:
-            few, costs = candidate.few, candidate.costs
-            search = partial(self.near.searched, few, costs, around, candidate.path, self._steps())
+            few, costs, path = candidate.few, candidate.costs, candidate.path
+            search = partial(self.near.searched, few, costs, around, path, self._steps())
             near = self._found(search, "search about it", candidate)
             candidate = min((one for one in (near, candidate) if one), key=rank)
         here = self.priced(candidate.rotary, candidate.instance)
-        return self._rounds(here, self._sharpness[:1], 1, again=True)
+        return self._rounds(here, 1, again=True)
 
-    def _improved(self, start: Delivered, sharpness: Sequence[float] = ()) -> Delivered:
+    def _improved(self, start: Delivered) -> Delivered:
         """Refine a program's path, and cure what it breaks between its locations."""
-        best = self._rounds(start, sharpness or self._sharpness)
+        best = self._rounds(start)
         if not best.broken:
             return best
         cured = self._cured(best)
-        return min(cured, self._rounds(cured, self._sharpness[-1:]), key=rank)
+        return min(cured, self._rounds(cured), key=rank)
 
-    def _rounds(
-        self, start: Delivered, sharpness: Sequence[float], most: int = MOST_ROUNDS, again: bool = False
-    ) -> Delivered:
-        """Refine by prices of blocks that are sharper from round to round, until nothing more is saved.
+    def _rounds(self, start: Delivered, most: int = MOST_ROUNDS, again: bool = False) -> Delivered:
+        """Refine by prices of blocks near the path, round by round, until nothing worthwhile is saved.
 
-        What a round finds may need further locations, which the next one solves, too. Within a mask, where
-        each takes many queries, the first has to save something. What will be refined `again` may be rough.
+        What a round finds may need further locations, which the next one solves, too. What will be refined
+        `again` may be rough.
         """
         instance, rotary, planes = start.denser, start.filled, start.planes
         here: Delivered | None = None
         tried: list[Delivered] = []
         for number in range(most):
             self.options.progress(STAGES["blocks"], number, most)
-            share = sharpness[min(number, len(sharpness) - 1)]
-            problem = self.local(instance, rotary, share, self.costs(instance, here))
+            problem = self.local(instance, rotary, self.costs(instance, here))
             if here is not None:
                 # Else turns crowd in ever shorter blocks.
                 most_turn = np.minimum(problem.max_turn, FARTHER * np.abs(np.diff(rotary, axis=0)) + LITTLE)
                 problem = self.at_times(replace(problem, max_turn=most_turn), rotary, here)
-            rough = again or number + 1 < len(sharpness)
-            refine = partial(self.near.refined, instance, problem, rotary, rough, planes)
+            refine = partial(self.near.refined, instance, problem, rotary, again, planes)
             path, planes = np.split(self.options.checkpoint.found(refine), [2], axis=1)
             was = None if here is None else here.cost
             solved = replace(problem, max_turn=instance.problem.max_turn)
             here = replace(self.priced(path, instance, solved), planes=planes)
             self._note(f"program, round {number + 1}", here, was)
-            known = tried or [start] * bool(self.near.mask)
-            saves = not known or (here.broken, (1.0 + WORTHWHILE) * here.cost) < min(map(rank, known))
+            saves = (here.broken, (1.0 + WORTHWHILE) * here.cost) < min(map(rank, tried or [start]))
             tried.append(here)
-            if (number + 1 >= len(sharpness) or self.is_flat) and not saves:
+            if not saves:
                 break
             instance, rotary = here.denser, here.filled
         return min(tried, key=rank)
@@ -376,15 +368,9 @@ class Delivery(Programs):
         kept = [one for one in kept if not one.broken and one.cost <= most]
         return min(kept, key=lambda one: (one.energy.steadiness.events, one.energy.travel))
 
-    @property
-    def _sharpness(self) -> Sequence[float]:
-        """Sharpness of prices, round by round; within a mask each takes many queries, and one has to do."""
-        shares = SHARPNESS if self.options.is_timed else self.near.effort.sharpness
-        return shares[-1:] if self.near.mask else shares
-
     def _note(self, name: str, here: Delivered, before: float | None) -> None:
         """Record a step that has led from a cost, J, to a program."""
         broken = f", bounds broken by {here.broken:.2g}" if here.broken else ""
         solved = len(here.instance.path)
         status = f"{solved} locations, {len(here.denser.path) - solved} more in the program{broken}"
-        self.stages.append(SolverStep(name, status, 0, before, here.cost))
+        self.stages.append(SolverStep(name, status, before, here.cost))

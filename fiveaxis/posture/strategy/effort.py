@@ -33,10 +33,9 @@ class Effort:
 
     Parameters
     ----------
-    everywhere : searches of all postures; what each finds is refined on the locations searched
-    sharpness : of the prices of blocks (`fiveaxis.model.BlockCosts.near`), refinement by refinement
-    around : searches about each of the cheapest of these, on the same locations
-    whole : how many of these are refined on all locations
+    everywhere : searches of all postures; what each finds is refined on the locations searched, and so is the
+        cheapest path of parts of these
+    around : searches about the cheapest, on the same locations
     contains : the smaller effort; None for none
     corridors : searches about the best path, which is refined again after each
     last_barrier : the structured method's last one, J; it raises the cost by this times the number of steps
@@ -45,9 +44,7 @@ class Effort:
     """
 
     everywhere: tuple[Resolution, ...]
-    sharpness: tuple[float, ...] = (0.1, 0.01)
     around: tuple[Resolution, ...] = ()
-    whole: int = 1
     contains: Effort | None = None
     corridors: tuple[Resolution, ...] = ()
     last_barrier: float = 5e-7
@@ -64,13 +61,11 @@ class Effort:
         return replace(self, contains=contains, **changes)
 
 
-QUICK = Effort(everywhere=both_ways(resolution(2.0, 10.0, 150)))
+QUICK = Effort(both_ways(resolution(2.0, 10.0, 150)), around=(resolution(0.5, 2.0, 15, 20.0),))
 NORMAL = replace(
     QUICK,
     contains=QUICK,
-    everywhere=both_ways(resolution(1.0, 5.0, 200), resolution(4.0, 7.0, 200, by_other_price=True)),
-    around=(resolution(0.5, 2.0, 60, 20.0),),
-    whole=2,
+    everywhere=both_ways(resolution(1.0, 5.0, 200), resolution(4.0, 7.0, 200)),
     corridors=(resolution(0.2, 0.7, 8, 1.5, start=0.2),),
 )
 THOROUGH = replace(

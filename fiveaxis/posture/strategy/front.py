@@ -18,12 +18,13 @@ from fiveaxis.model import (
     follow,
     move_powers,
     peak_rates,
+    program_energy,
     travel_costs,
 )
 from fiveaxis.posture.optimiser import optimise_postures
 from fiveaxis.posture.options import DEFAULTS, Options
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.solution import Optimum, Unwrapped, program_energy
+from fiveaxis.posture.solution import Optimum, Unwrapped
 
 # How many shares of the feed are tried in each move; relative difference of costs that is rounding.
 TRIED, SAME = 7, 1e-9

@@ -20,6 +20,8 @@ TIME_PRICE = 1000.0
 # Travel costs this share of its time at the axis's highest speed, and a steady turn of its own, times the
 # square of its speed relative to that: 100 s at full speed are worth 0.1 s of the program.
 TRAVEL_SHARE = BEND_SHARE = 1e-3
+# Share of a step, or of a turn, below which it counts as none.
+SHARPNESS = 0.01
 # Shortest block, s, and the turn in a block below which an axis stands still, rad.
 SHORTEST, STANDING = 1e-4, 1e-7
 # mm/s and mm/s² of axes whose limits don't count.
@@ -57,7 +59,7 @@ def by_time(problem: Problem, up_penalty: float = 0.0) -> Problem:
     )
 
 
-def from_rest_to_rest(problem: Problem, rotary: Array, sharpness: float, *, words: bool = False) -> Problem:
+def from_rest_to_rest(problem: Problem, rotary: Array, *, words: bool = False) -> Problem:
     """Return a problem priced by the time of blocks that stop at both ends if they turn, near a path.
 
     A block of the time t at its feed, with an axis that travels Δ at the acceleration A, takes
@@ -71,7 +73,6 @@ def from_rest_to_rest(problem: Problem, rotary: Array, sharpness: float, *, word
     ----------
     problem : with its price of time
     rotary : (n, 2), rad, chain order
-    sharpness : share of a turn at the highest speed below which it counts as none
     words : whether the linear axes' limits apply to the tip's words, which are the same for all postures
     """
     speed, push, columns = problem.top_speed, problem.top_acceleration, problem.machine.rotary_columns
@@ -92,7 +93,7 @@ def from_rest_to_rest(problem: Problem, rotary: Array, sharpness: float, *, word
     grace = np.where(turning, least - (time - pace * travel), least)
     ramps = np.stack([np.where(turning, pace, 1.0 / speed), grace])
     rest = np.where(problem.least_time > 0.0, (time - least).max(axis=1), 0.0)
-    price = problem.time_price * rest / (turn + sharpness * speed[columns].min() * lasting[:, 0])
+    price = problem.time_price * rest / (turn + SHARPNESS * speed[columns].min() * lasting[:, 0])
     stops = np.where(problem.machine.is_rotary, price[:, None], 0.0)
     plus, minus = problem.plus + stops, problem.minus + stops
     return replace(problem, plus=plus, minus=minus, ramps=ramps, excess_price=np.zeros_like(push))

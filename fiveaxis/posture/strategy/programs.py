@@ -21,21 +21,20 @@ from fiveaxis.model import (
     feed_times,
     follow,
     lifting_costs,
+    program_energy,
     refined,
+    timed_energy,
 )
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.options import Options
 from fiveaxis.posture.problem import ALLOWED, Instance, Problem
-from fiveaxis.posture.solution import program_energy, timed_energy
-from fiveaxis.posture.strategy.least_time import TIME_PRICE, by_time, from_rest_to_rest
+from fiveaxis.posture.strategy.least_time import SHARPNESS, TIME_PRICE, by_time, from_rest_to_rest
 from fiveaxis.posture.strategy.near import FREE, Near
 from fiveaxis.posture.strategy.rotary_bounds import shared
 from fiveaxis.posture.terms import bends, terms_of, waits
 
 # Violation that is tolerated between two locations (cosine, mm, rad).
 BETWEEN = 2e-4
-# Share of a step, or of a turn, below which it counts as none.
-SHARPEST = 0.01
 # Terms of the objective that are priced at the given locations, beside the program's blocks.
 BESIDE = bends, waits
 
@@ -276,15 +275,13 @@ class Programs:
         quantities = problem.quantities(problem.positions(slice(None), rotary[instance.own]))
         return cost + sum(term.cost(term.values(quantities)) for term in terms)
 
-    def costs(
-        self, instance: Instance, program: Delivered | None = None, *, other: bool = False
-    ) -> BlockCosts:
+    def costs(self, instance: Instance, program: Delivered | None = None) -> BlockCosts:
         """Compute what blocks cost: energy where that is minimised, else in proportion to travel.
 
-        With `other` it is the other of both. Where a clock is known, blocks take the times of a program.
+        Where a clock is known, blocks take the times of a program.
         """
         problem, path = instance.problem, instance.path
-        if (self.options.objective == "energy") == other:
+        if self.options.objective != "energy":
             return BlockCosts.of_travel(problem.plus, problem.minus)
         times = program.times if program is not None and self.has_clock else feed_times(path)
         # The duration of rapid moves depends on the posture.
@@ -293,15 +290,15 @@ class Programs:
         up, down = lifting_costs(problem.machine, self.options.up_penalty)
         return replace(costs, slope=costs.slope + np.stack([up, down])[:, None])
 
-    def local(self, instance: Instance, rotary: Array, sharpness: float, costs: BlockCosts) -> Problem:
+    def local(self, instance: Instance, rotary: Array, costs: BlockCosts) -> Problem:
         """Make the problem of a refinement near a path, (n, 2) rad, by the costs of its blocks."""
         if not self.options.is_timed:
-            return self.repriced(instance, rotary, costs, sharpness)
+            return self.repriced(instance, rotary, costs)
         stops = self._prices_stops
-        return from_rest_to_rest(instance.problem, rotary, sharpness) if stops else instance.problem
+        return from_rest_to_rest(instance.problem, rotary) if stops else instance.problem
 
     def repriced(
-        self, instance: Instance, rotary: Array, costs: BlockCosts, sharpness: float = SHARPEST
+        self, instance: Instance, rotary: Array, costs: BlockCosts, sharpness: float = SHARPNESS
     ) -> Problem:
         """Price travel by the cost of blocks near a path, (n, 2) rad."""
         travel = np.abs(np.diff(instance.problem.positions(slice(None), rotary), axis=0))
@@ -315,19 +312,12 @@ class Programs:
             return problem
         power = max(program.cost, 0.0) / float(program.times.sum())
         problem = replace(problem, time_price=problem.time_price + power)
-        return from_rest_to_rest(problem, rotary, SHARPEST, words=clock.limits_words)
+        return from_rest_to_rest(problem, rotary, words=clock.limits_words)
 
     @property
     def has_clock(self) -> bool:
         """Whether the control's clock is known, so that blocks don't just take their time at the feed."""
         return not self.options.clock.is_programmed(self.given_instance.problem.machine)
-
-    @cached_property
-    def is_flat(self) -> bool:
-        """Whether prices don't depend on the path."""
-        if self.options.is_timed:
-            return not self._prices_stops
-        return not self.costs(self.given_instance).has_constant_power
 
     @property
     def _prices_stops(self) -> bool:

@@ -15,10 +15,10 @@ from operator import attrgetter
 import numpy as np
 
 from fiveaxis.base import Array, Finding, Infeasible, IntArray, SettingError, Severity
-from fiveaxis.model import TURN, Energy, Limits, Machine, Motion, TiltBounds, Toolpath, follow, tool_axes
+from fiveaxis.model import TURN, Limits, Machine, TiltBounds, Toolpath, follow, program_energy, tool_axes
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.solution import Baseline, Optimum, Unwrapped, program_energy
+from fiveaxis.posture.solution import Baseline, Optimum, Unwrapped
 from fiveaxis.posture.strategy.singular import Cone, turning_within
 from fiveaxis.posture.turns.rewinding import Rewound, insert_rewinds, plan_turns, winding_columns
 from fiveaxis.posture.turns.stops import CUT_PRICE, Rewind, keep_lean, with_changes
@@ -62,13 +62,14 @@ def rewind_solution(solution: Optimum, machine: Machine, refine: Refine, keeps: 
         raise SettingError("this solution has no problem and can't be rewound; optimise its path")
     rewinder = _Rewinder(problem, path, solution.tilt, machine)
 
-    def priced(rewound: Toolpath, rotary: Array) -> tuple[Motion, Energy]:
+    def priced(rewound: Toolpath, rotary: Array, note: str = "") -> Baseline:
         motion = follow(rewound, machine, rotary)
-        return motion, program_energy(machine, rewound, motion, solution.filling, solution.clock)
+        energy = program_energy(machine, rewound, motion, solution.filling, solution.clock)
+        return Baseline(motion, energy, rewound, note)
 
-    own = solution.motion.positions[:, columns]
-    best = rewinder.without_reversals(rewinder.of(own), keeps)
-    for narrow, drawn in fewer_turns(problem, machine, own, best.found, refine):
+    given = solution.motion.positions[:, columns]
+    best = rewinder.without_reversals(rewinder.of(given), keeps)
+    for narrow, drawn in fewer_turns(problem, machine, given, best.found, refine):
         if keeps(drawn):
             other = rewinder.without_reversals(rewinder.of(drawn), keeps)
             best = min(best, replace(other, problem=narrow), key=attrgetter("price"))
@@ -81,20 +82,20 @@ def rewind_solution(solution: Optimum, machine: Machine, refine: Refine, keeps: 
             missing[name] = str(reason)
             continue
         rewound = other.found.toolpath
-        compared[name] = Baseline(*priced(rewound, other.found.rotary), rewound, baseline.note)
+        compared[name] = priced(rewound, other.found.rotary, baseline.note)
         if _is_admissible(problem, rotary, solution.motion.location) and keeps(rotary):
             best = min(best, other, key=attrgetter("price"))
     found = best.found
     findings = [*found.findings(), *better_phases(path, machine, best.rotary, found)]
     rewound = replace(found.toolpath, findings=(*path.findings, *findings))
-    motion, energy = priced(rewound, found.rotary)
+    own = priced(rewound, found.rotary)
     return replace(
         solution,
         machine=machine,
         toolpath=rewound,
         tilt=found.bounds(solution.tilt),
-        motion=motion,
-        energy=energy,
+        motion=own.motion,
+        energy=own.energy,
         compared=compared,
         missing=missing,
         problem=None,

@@ -232,13 +232,12 @@ def solver_table(stages: Sequence[SolverStep]) -> str:
         (
             s.name,
             s.status,
-            number(s.iterations),
             NOTHING if s.before is None else number(s.before),  # a search starts from nothing
             number(s.after),
         )
         for s in stages
     ]
-    heads = ("stage", "status", "#iterations", "#objective before (J)", "#after (J)")
+    heads = ("stage", "status", "#objective before (J)", "#after (J)")
     return table(heads, rows, "Stages of the solver in order")
 
 

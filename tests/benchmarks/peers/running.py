@@ -17,9 +17,8 @@ from checker import violations
 from methods import BOUND, METHODS, CannotDoError, axis_values
 
 from fiveaxis.base.errors import FiveAxisError
-from fiveaxis.model import USUAL_CLOCK, Filling, Interpolation, follow
+from fiveaxis.model import USUAL_CLOCK, Filling, Interpolation, blocks_energy, follow
 from fiveaxis.posture.bound.lower_bound import bound_travel
-from fiveaxis.posture.solution import blocks_energy
 
 WHOSE = (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
 

@@ -18,6 +18,7 @@ from fiveaxis.model import (
     Motion,
     Tool,
     Toolpath,
+    blocks_energy,
     load_machine,
     motion_energy,
 )
@@ -25,7 +26,6 @@ from fiveaxis.model.motion.steadiness import measure_steadiness
 from fiveaxis.model.motion.timing import axis_times
 from fiveaxis.nc import DIALECTS, ProgramOptions
 from fiveaxis.posture import Optimum
-from fiveaxis.posture.solution import blocks_energy
 
 TRUNNION = load_machine("linuxcnc-xyzac-trt").with_drives_of(load_machine("hayashi-640123"))
 MODES = {"axes": Interpolation.JOINT, "tip": Interpolation.TCP}

@@ -7,9 +7,9 @@ import pytest
 from support.quick_optimiser import tilt_bounds
 from support.ring_path import ring
 
-from fiveaxis.model import Filling, FrictionDrive, Machine, follow
+from fiveaxis.model import Filling, FrictionDrive, Machine, follow, program_energy
 from fiveaxis.posture import Optimum
-from fiveaxis.posture.solution import USUAL_CLOCK, Baseline, program_energy
+from fiveaxis.posture.solution import USUAL_CLOCK, Baseline
 from fiveaxis.posture.strategy.front import slowed
 
 # Rotary axes take friction and viscous losses of their own size.

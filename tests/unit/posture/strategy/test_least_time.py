@@ -155,7 +155,7 @@ def test_blocks_from_rest_to_rest_are_priced_by_the_time_they_take(hayashi, feed
     path = for_tilt(wavy(21, feed=feed), None, CONE["cone"])
     turns = np.concatenate([[0.0], np.geomspace(1e-3, 0.3, 20) * np.tile([1.0, -1.0], 10)])
     rotary = np.column_stack([np.zeros(21), np.cumsum(turns)])
-    problem = from_rest_to_rest(posed(path, machine), rotary, 0.01)
+    problem = from_rest_to_rest(posed(path, machine), rotary)
     motion = follow(path, machine, rotary)
     stops = np.ones(21, dtype=bool)
     times = time_motion(motion, machine, corners=stops).motion.time[1:]

@@ -45,8 +45,8 @@ PREPARATION = Preparation(
     start=(("A", -45.0), ("C", 0.12345), ("X", 1.5), ("Y", -2.0), ("Z", 408.8567)),
 )
 STAGES = (
-    SolverStep("grid search, stride 30", "found", 12_345, None, 12_000.5),
-    SolverStep("refine the grid's start", "Solve_Succeeded", 27, 12_000.5, 11_306.0),
+    SolverStep("grid search, stride 30", "found", None, 12_000.5),
+    SolverStep("refine the grid's start", "Solve_Succeeded", 12_000.5, 11_306.0),
 )
 
 

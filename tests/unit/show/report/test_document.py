@@ -91,9 +91,9 @@ def test_a_baseline_that_costs_nothing_has_no_saving(solution: Optimum, verdict:
 
 def test_stages_keep_their_order_and_a_search_has_no_start(solution: Optimum, verdict: Report) -> None:
     stages = ReportDocument(solution, verdict).as_dict()["solver"]
-    assert [s["iterations"] for s in stages] == [12_345, 27]
+    assert [s["status"] for s in stages] == ["found", "Solve_Succeeded"]
     assert stages[0]["before"] is None
-    assert list(stages[1]) == ["name", "status", "iterations", "before", "after"]
+    assert list(stages[1]) == ["name", "status", "before", "after"]
 
 
 def test_the_machine_has_the_source_of_every_figure(solution: Optimum, verdict: Report) -> None:
