@@ -16,7 +16,7 @@ from typing import TypeVar
 import numpy as np
 
 from fiveaxis.base import STAGES, Array, BoolArray, NoBaseline, Steps, at_once, unheard
-from fiveaxis.model import Energy, axis_bounds, follow, interpolate, program_energy
+from fiveaxis.model import Energy, axis_bounds, follow, interpolate, program_energy, timed_energy
 from fiveaxis.posture.baselines.branches import require_blocks
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.problem import Instance
@@ -111,7 +111,8 @@ class Delivery(Programs):
             self._steps("price")(number, 2 * len(solution.compared))
             fill = self.filling.fill(self.given, machine, baseline.motion)
             try:
-                energies[name] = self.energy(self.filling.thin(require_blocks(fill)).blocks, machine)
+                blocks = self.filling.thin(require_blocks(fill)).blocks
+                energies[name] = timed_energy(machine, blocks, self.options.clock(blocks, machine))
             except NoBaseline as reason:
                 missing[name] = str(reason)
         return energies, missing
@@ -169,11 +170,15 @@ class Delivery(Programs):
             seeds = [partial(Delivery._candidate, resolution=one) for one in effort.everywhere]
             if best is start and not start.refused.any():
                 seeds.append(partial(seeds[0], known=start.rotary))
-            pool += [one for one in own._at_once(seeds) if one]
+            searched = [one for one in own._at_once(seeds) if one]
+            pool += searched
             if pool:
                 pool += own._spliced(pool)
-                first = own._refined(min(pool, key=rank))
-                # Of programs that cost the same one that was refined stays.
+                # Few locations may mislead about a splice: a larger effort tries the best search, too.
+                kinds = (pool, searched) if searched and effort.contains else (pool,)
+                chosen = dict.fromkeys(min(some, key=rank) for some in kinds)
+                begun = own._at_once([partial(Delivery._refined, candidate=one) for one in chosen])
+                first = min(begun, key=rank)
                 best = min(own._improved(first), first, best, key=rank)
             if best is start or best.broken:
                 best = min(own._improved(start), best, key=rank)

@@ -13,8 +13,6 @@ from fiveaxis.model import (
     BlockCosts,
     Energy,
     Filling,
-    Machine,
-    Motion,
     TiltBounds,
     Toolpath,
     block_costs,
@@ -255,10 +253,6 @@ class Programs:
         if len(program.instance.path) == len(self.given):
             return program
         return self.priced(program.rotary[program.instance.own])
-
-    def energy(self, blocks: Motion, machine: Machine) -> Energy:
-        """Compute the energy of blocks in the control's time."""
-        return timed_energy(machine, blocks, self.options.clock(blocks, machine))
 
     def cost(self, energy: Energy) -> float:
         """Compute what a program costs by the objective, J, without the prices `BESIDE` it."""
