@@ -78,3 +78,14 @@ def test_a_posture_without_axis_values_is_avoided():
     broken = sound.copy()
     broken[3] = np.nan
     np.testing.assert_array_equal(spliced(problem, costs, [broken, sound])[3], sound[3])
+
+
+def test_no_step_from_one_path_to_another_turns_far():
+    """From end to end a long turn looks cheap; along its course linear axes travel farther."""
+    problem, costs = problem_of("dome", slice(0, 8), most=180.0)
+    one = np.tile([0.2, -0.7], (8, 1))
+    other = one + np.array([1.0, 0.0])
+    # Each leans out of bounds where the other one doesn't.
+    one[5:, 1], other[:3, 1] = 1.0, 1.0
+    turns = np.abs(np.diff(spliced(problem, costs, [one, other])[:, 0]))
+    assert turns.max() < np.radians(20.0)
