@@ -26,9 +26,9 @@ def spliced(problem: Problem, costs: BlockCosts, paths: list[Array]) -> Array:
         moves -= np.where(machine.is_endless, TURN * np.rint(moves / TURN), 0.0)
         far = np.abs(moves[:, machine.rotary_columns]).max(axis=1) > COURSE_PART
         steps[:, here, there] = np.where(far & (here != there), np.inf, _step_prices(problem, costs, moves))
-    cost, *at = np.nan_to_num(problem.place_prices(positions, excess), nan=np.inf)
+    cost, *at = np.nan_to_num(problem.place_prices(positions, excess), nan=np.inf, posinf=np.inf)
     came, own = np.zeros((len(problem), count), dtype=np.int64), np.arange(count)
-    for i, step in enumerate(np.nan_to_num(steps, nan=np.inf)):
+    for i, step in enumerate(np.nan_to_num(steps, nan=np.inf, posinf=np.inf)):
         reached = cost[:, None] + step
         came[i + 1] = np.argmin(reached, axis=0)
         cost = reached[came[i + 1], own] + at[i]
