@@ -164,7 +164,7 @@ class Delivery(Programs):
 
         Returned is the steadiest program that costs little more than the cheapest, and no more than before.
         """
-        best, steadiest, pool = start, None, list[Candidate]()
+        best, steadiest, pool, tried = start, None, list[Candidate](), dict[Candidate, None]()
         for effort in self.near.effort.nested:
             own = replace(self, near=replace(self.near, effort=effort))
             seeds = [partial(Delivery._candidate, resolution=one) for one in effort.everywhere]
@@ -172,12 +172,13 @@ class Delivery(Programs):
                 seeds.append(partial(seeds[0], known=start.rotary))
             searched = [one for one in own._at_once(seeds) if one]
             pool += searched
-            if pool:
-                pool += own._spliced(pool)
-                # Few locations may mislead about a splice: a larger effort tries the best search, too.
-                kinds = (pool, searched) if searched and effort.contains else (pool,)
-                chosen = dict.fromkeys(min(some, key=rank) for some in kinds)
-                begun = own._at_once([partial(Delivery._refined, candidate=one) for one in chosen])
+            pool += own._spliced(pool) if pool else ()
+            # Few locations may mislead about a splice: a larger effort tries the best search, too.
+            kinds = (pool, searched) if effort.contains else (pool,)
+            chosen = dict.fromkeys(min(some, key=rank) for some in kinds if some)
+            tasks = [partial(Delivery._refined, candidate=one) for one in chosen if one not in tried]
+            tried |= chosen
+            if begun := own._at_once(tasks):
                 first = min(begun, key=rank)
                 best = min(own._improved(first), first, best, key=rank)
             if best is start or best.broken:
