@@ -71,6 +71,8 @@ LEVER = 100.0
 FULL = 1.0 - 1e-4
 # rad by which states stay inside the bounds on the lean: between them the tool leans a little otherwise.
 INSIDE = np.radians(0.01)
+# s: of the power of a moving axis that its start or reversal costs.
+START = 0.005
 # Price of travel that a drive's constant power has paid already, as a share of that power.
 TIE = 1e-3
 # rad, between sampled postures; rings through a range of the lean.
@@ -87,8 +89,6 @@ FAR_TURN, MOST_PARTS = np.radians(4.0), 2
 LONG, MOST_OF_LONG = 3.0, 16
 # rad by which a move stays out of the cone in which it would turn too far.
 BESIDE_CONE = np.radians(0.05)
-# Excess that a posture counts as which a mask refuses.
-REFUSED = 1.0
 # rad: after a turn that is no larger, a mask is queried at its end alone.
 SMALL_TURN = np.radians(0.5)
 # rad: postures no farther apart are one.
@@ -132,7 +132,6 @@ class Resolution:
         the rotary axis with the wider range
     states : most of each location
     radius : rad, that the axis with the smaller range may be away from a known path, the other twice as far
-    start : s, of the power of a moving axis that its start or reversal costs
     rows : about the fewest locations of a search everywhere
     backwards : whether a search everywhere begins at the last location: which states look cheap on the way
         depends on where it comes from
@@ -142,7 +141,6 @@ class Resolution:
     spin: float
     states: int
     radius: float = np.inf
-    start: float = 0.005
     rows: int = 250
     backwards: bool = False
 
@@ -237,15 +235,15 @@ def _cheapest_path(
         return first
     tapes = location_tapes(machine, problem.zone)
     states = max(min(resolution.states, MOST // n), FEWEST)
-    corridor = _corridor(problem, path, radius, free, admits)
+    corridor = _corridor(problem, path, radius, free)
     searched = SearchProblem(
         tapes.gradients.parts,
         tapes.second_derivatives.parts,
         locations,
-        _prices(problem, costs, resolution.start),
+        _prices(problem, costs),
         corridor,
         cells,
-        _moves(problem, cells),
+        _moves(problem, cells, admits is not None),
     )
     start = problem.positions(np.zeros(len(first), dtype=np.int64), first)
     trail = trail_of(searched, first, start, states)
@@ -286,7 +284,9 @@ def _searched(
             if len(known):
                 # The path itself stays, at a price.
                 here = trail.states[trail.begin[i] : trail.begin[i + 1]]
-                stays |= (np.abs(here - known[i]) < SAME).all(axis=1)
+                own = (np.abs(here - known[i]) < SAME).all(axis=1)
+                trail.layers.cost[i % 2, np.flatnonzero(own & ~stays)] += BREACH_PRICE
+                stays |= own
             keep_only(trail, i, stays)
         if i == last or trail.begin[i + 1] == trail.begin[i]:
             return i + int(trail.begin[i + 1] > trail.begin[i])
@@ -467,17 +467,13 @@ def sparse_rows(problem: Problem, least: int) -> IntArray:
     return np.unique([*rows, len(problem) - 1])
 
 
-def _corridor(
-    problem: Problem, path: Array, radius: Array, free: BoolArray, admits: Admits | None
-) -> Corridor:
+def _corridor(problem: Problem, path: Array, radius: Array, free: BoolArray) -> Corridor:
     near = float(radius[0]), float(radius[1])
     if not len(path):
         return Corridor(np.empty((0, 3 + len(problem.machine.axes))), near, free)
     # The path may lie on a bound, `INSIDE` which other states stay.
     positions, excess = problem.placed(slice(None), path)
     excess = np.maximum(excess, problem.limit_excess(positions))
-    if admits is not None:
-        excess[~admits(2 * np.arange(len(path)), path)] = REFUSED
     return Corridor(np.column_stack([path, excess, positions]), near, free)
 
 
@@ -509,7 +505,7 @@ def _inside(low: float, high: float) -> tuple[float, float]:
     return (least, most) if least < most else (low, high)
 
 
-def _prices(problem: Problem, costs: BlockCosts, start: float) -> Prices:
+def _prices(problem: Problem, costs: BlockCosts) -> Prices:
     machine, time = problem.machine, problem.least_time
     pace = 1.0 / problem.top_speed
     power = np.divide(
@@ -518,7 +514,7 @@ def _prices(problem: Problem, costs: BlockCosts, start: float) -> Prices:
     tie = np.divide(costs.standing, costs.step, out=np.zeros_like(costs.standing), where=costs.step > 0.0)
     # By row: `records.STANDING` to `PACE`. In one order of memory, as loops are compiled for each.
     least = standing_speeds(machine) * time[:, None]
-    ways = [*costs.standing, *(costs.slope + TIE * tie), *(start * power)]
+    ways = [*costs.standing, *(costs.slope + TIE * tie), *(START * power)]
     alone = [_inverse(costs.slow), _inverse(costs.measured), least, np.broadcast_to(pace, least.shape)]
     return Prices(
         np.ascontiguousarray(np.stack([*ways, *alone], axis=1)),
@@ -532,15 +528,18 @@ def _inverse(travel: Array) -> Array:
     return np.divide(1.0, travel, out=np.full(travel.shape, FULL_SPEED), where=travel > 0.0)
 
 
-def _moves(problem: Problem, cells: Cells) -> Array:
+def _moves(problem: Problem, cells: Cells, masked: bool) -> Array:
     """List the moves, (m, 2, 4): what each asks of two rows of the model (`records.ROW`)."""
     machine, axes = problem.machine, len(problem.machine.axes)
     linear, rotary, level = machine.linear_columns, machine.rotary_columns, cells.level
-    spin = rotary[cells.spin]
+    spin, other = rotary[cells.spin], rotary[1 - cells.spin]
     hold = {column: (column, 0.0, 0.0, -1.0) for column in range(axes)}
     pairs = [*combinations(linear, 2), *((level, r) for r in rotary if level in linear), tuple(rotary)]
     moves = [(hold[a], hold[b]) for a, b in pairs]
     moves += [(hold[level], (spin, way * cells.spin_step, 0.0, -1.0)) for way in (-1.0, 1.0)]
+    if masked:
+        # Around what is in the way one axis turns alone.
+        moves += [(hold[spin], (other, way * cells.spin_step, 0.0, -1.0)) for way in (-1.0, 1.0)]
     for number in range(len(problem.bounds)):
         ends = [(axes + number, 0.0, 0.0, end) for end in (0.0, 1.0)]
         moves += [(hold[a], end) for a in dict.fromkeys((*linear, level, spin)) for end in ends]

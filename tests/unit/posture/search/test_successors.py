@@ -17,6 +17,7 @@ from fiveaxis.cam import plan_contour
 from fiveaxis.model import (
     BlockCosts,
     Limits,
+    MoveKind,
     Toolpath,
     block_costs,
     feed_times,
@@ -29,7 +30,7 @@ from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.search import successors
 from fiveaxis.posture.search.records import MOST_COURSE_PARTS
 from fiveaxis.posture.search.successor_kernel import COURSE_PART, advance
-from fiveaxis.posture.search.successors import Resolution, path_anywhere
+from fiveaxis.posture.search.successors import START, Resolution, path_anywhere
 from fiveaxis.posture.search.successors import sampled as postures_of
 
 DEGREE = np.pi / 180.0
@@ -68,7 +69,7 @@ def travelled(problem: Problem, path: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return up, down
 
 
-def priced(problem: Problem, costs: BlockCosts, path: np.ndarray, start: float = ANYWHERE.start) -> float:
+def priced(problem: Problem, costs: BlockCosts, path: np.ndarray, start: float = START) -> float:
     """Price a path by the formula of a block, and its starts and reversals."""
     ways = np.stack(travelled(problem, path))
     travel, time = ways.sum(axis=0), problem.least_time[:, None]
@@ -170,6 +171,28 @@ def test_a_mask_is_queried_where_it_is_in_the_way_and_the_path_passes_it_everywh
     assert known[40:44].min() > 50
     everywhere = cheapest_path(problem, costs, ANYWHERE, admits=ways, tight=rows >= 0)
     assert priced(problem, costs, kept) <= 1.01 * priced(problem, costs, everywhere)
+
+
+@pytest.mark.parametrize("name", ["wave", "ellipse", "saddle"])
+def test_in_a_link_a_path_is_led_around_what_a_mask_refuses(hayashi, name):
+    path = sampled(SHAPES[name], 60, rings=1)
+    rows = np.arange(len(path))
+    path = replace(path, kind=np.where((rows > 20) & (rows <= 40), MoveKind.LINK, path.kind))
+    problem, costs = problem_of(path, hayashi)
+    known = cheapest_path(problem, costs, ANYWHERE)
+    lean = np.abs(np.interp(np.arange(2 * len(rows) - 1) / 2.0, rows, known[:, 1]))
+
+    def admits(halves: np.ndarray, rotary: np.ndarray) -> np.ndarray:
+        return (halves < 56) | (halves > 66) | (np.abs(rotary[:, 1]) < lean[halves] - 6.0 * DEGREE)
+
+    free = (rows > 15) & (rows < 46)
+    wide = Resolution(0.5, 2.0 * DEGREE, 400, 60.0 * DEGREE)
+    found = cheapest_path(problem, costs, wide, known, free, admits)
+    halfway = (found[1:] + found[:-1]) / 2.0
+    assert admits(2 * rows, found).all()
+    assert admits(2 * rows[1:] - 1, halfway).all()
+    assert problem.violation(found) <= ALLOWED
+    np.testing.assert_array_equal(found[~free], known[~free])
 
 
 def test_a_path_that_breaks_a_bound_is_left(hayashi):
