@@ -66,7 +66,7 @@ NORMAL = replace(
     QUICK,
     contains=QUICK,
     everywhere=both_ways(resolution(1.0, 5.0, 200), resolution(4.0, 7.0, 200)),
-    corridors=(resolution(0.2, 0.7, 8, 1.5, start=0.2),),
+    corridors=(resolution(0.2, 0.7, 16, 3.0),),
 )
 THOROUGH = replace(
     NORMAL,

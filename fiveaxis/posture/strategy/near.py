@@ -32,9 +32,9 @@ from fiveaxis.posture.strategy.singular import Cone, bounded_within, turning_wit
 
 # First barrier parameter, J, near a path; IPOPT's iterations where a path is searched.
 BARRIER, WHOLE_ITERATIONS = 1e-2, 120
-# IPOPT's iterations near a path, and the structured method's last barrier parameter, J; that of a path that
-# will be solved again, with other prices.
-ITERATIONS, LAST, ROUGH = 25, 1e-5, 5e-3
+# IPOPT's iterations near a path, and the structured method's last barrier parameter, J; the same of a path
+# that will be solved again, with other prices.
+FINE, ROUGH = (25, 1e-5), (20, 5e-3)
 # Steps that are solved at once; longer paths are solved in parts.
 PART = 30_000
 # Most single planes of a location; then up to three times three planes close around the admitted axis.
@@ -88,8 +88,8 @@ class Near:
         (n, 2 + p), the planes that confined them to the mask: the next refinement may begin with these.
         """
         problem = self._within_cone(instance, problem, start).eased(start)
-        last, solver = ROUGH if rough else LAST, self.effort.solver
-        nearby = partial(refine, iterations=ITERATIONS, barrier=BARRIER, near=True, last=last, solver=solver)
+        (iterations, last), solver = ROUGH if rough else FINE, self.effort.solver
+        nearby = partial(refine, iterations=iterations, barrier=BARRIER, near=True, last=last, solver=solver)
 
         def solve(problem: Problem, start: Array, held: tuple[bool, bool]) -> Array:
             return nearby(problem, start, held=held).rotary
