@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from fiveaxis.lab import Budget
     from fiveaxis.model import Machine
 
-FIRST_RUN = "compiling, once per installation: this first run takes about half a minute longer"
+FIRST_RUN = "compiling, once per installation: this first run takes about 15 s longer"
 
 
 class Terminal(Console):
