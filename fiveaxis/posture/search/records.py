@@ -49,6 +49,7 @@ class Locations(NamedTuple):
     turn : (n − 1, 3), rad, largest of both axes in each step, and of the first within the cone
     singular : direction of the tool axis along which the first rotary axis turns nothing but the part
     cone : cosine of the angle to it within which that axis is bounded; above 1 for none
+    link_turn : rad, of an axis that turns as far as allowed in a link, which allows any turn; NaN for none
     """
 
     given: Array
@@ -58,6 +59,7 @@ class Locations(NamedTuple):
     turn: Array
     singular: tuple[float, float, float]
     cone: float
+    link_turn: float
 
 
 class Prices(NamedTuple):

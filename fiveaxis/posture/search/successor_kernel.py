@@ -357,7 +357,8 @@ def targets_of_rows(locations: Locations, moves: Array, i: int, values: Array) -
             values[move, which] = moves[move, which, SHIFT]
             if moves[move, which, LARGEST] != 0.0:
                 turn = locations.turn[i, 0 if row == locations.rotary[0] else 1]
-                values[move, which] += moves[move, which, LARGEST] * turn if np.isfinite(turn) else np.nan
+                turn = turn if np.isfinite(turn) else locations.link_turn
+                values[move, which] += moves[move, which, LARGEST] * turn
 
 
 @innermost

@@ -71,10 +71,9 @@ LEVER = 100.0
 FULL = 1.0 - 1e-4
 # rad by which states stay inside the bounds on the lean: between them the tool leans a little otherwise.
 INSIDE = np.radians(0.01)
-# s: of the power of a moving axis that its start or reversal costs.
-START = 0.005
-# Price of travel that a drive's constant power has paid already, as a share of that power.
-TIE = 1e-3
+# Of a drive's constant power: s that a start or reversal of its axis costs; share of it that travel costs
+# which it has paid already.
+START, TIE = 0.005, 1e-3
 # rad, between sampled postures; rings through a range of the lean.
 SAMPLED, RINGS = np.radians(3.0), 3
 # Divisors of cells where none of the larger ones lead through.
@@ -224,7 +223,8 @@ def _cheapest_path(
     step, phase = (TURN / around, _phase(problem, spin)) if around else (resolution.spin, 0.0)
     # Samples begin at the phase, where rounding mustn't decide which cell is theirs.
     cells = Cells(level, spin, height, step, around, phase - BESIDE_END * step if around else 0.0)
-    locations = _locations(problem, cone_limit)
+    # Only a mask closes ways in a link: else further states would but crowd out others.
+    locations = _locations(problem, cone_limit, np.nan if admits is None else step)
     if known is None:
         path, radius = np.empty((0, 2)), np.full(2, np.inf)
     else:
@@ -243,7 +243,7 @@ def _cheapest_path(
         _prices(problem, costs),
         corridor,
         cells,
-        _moves(problem, cells, admits is not None),
+        _moves(problem, cells),
     )
     start = problem.positions(np.zeros(len(first), dtype=np.int64), first)
     trail = trail_of(searched, first, start, states)
@@ -477,7 +477,7 @@ def _corridor(problem: Problem, path: Array, radius: Array, free: BoolArray) -> 
     return Corridor(np.column_stack([path, excess, positions]), near, free)
 
 
-def _locations(problem: Problem, cone_limit: ConeLimit | None) -> Locations:
+def _locations(problem: Problem, cone_limit: ConeLimit | None, link_turn: float) -> Locations:
     machine, n = problem.machine, len(problem)
     references = np.stack([bound.reference for bound in problem.bounds], axis=1)
     tied = np.isfinite(references).all(axis=2, keepdims=True)
@@ -495,6 +495,7 @@ def _locations(problem: Problem, cone_limit: ConeLimit | None) -> Locations:
         np.column_stack([turn, within_cone]),
         (x, y, z),
         2.0 if cone_limit is None else float(np.cos(cone_limit.angle + BESIDE_CONE)),
+        link_turn,
     )
 
 
@@ -528,18 +529,15 @@ def _inverse(travel: Array) -> Array:
     return np.divide(1.0, travel, out=np.full(travel.shape, FULL_SPEED), where=travel > 0.0)
 
 
-def _moves(problem: Problem, cells: Cells, masked: bool) -> Array:
+def _moves(problem: Problem, cells: Cells) -> Array:
     """List the moves, (m, 2, 4): what each asks of two rows of the model (`records.ROW`)."""
     machine, axes = problem.machine, len(problem.machine.axes)
     linear, rotary, level = machine.linear_columns, machine.rotary_columns, cells.level
-    spin, other = rotary[cells.spin], rotary[1 - cells.spin]
+    spin = rotary[cells.spin]
     hold = {column: (column, 0.0, 0.0, -1.0) for column in range(axes)}
     pairs = [*combinations(linear, 2), *((level, r) for r in rotary if level in linear), tuple(rotary)]
     moves = [(hold[a], hold[b]) for a, b in pairs]
     moves += [(hold[level], (spin, way * cells.spin_step, 0.0, -1.0)) for way in (-1.0, 1.0)]
-    if masked:
-        # Around what is in the way one axis turns alone.
-        moves += [(hold[spin], (other, way * cells.spin_step, 0.0, -1.0)) for way in (-1.0, 1.0)]
     for number in range(len(problem.bounds)):
         ends = [(axes + number, 0.0, 0.0, end) for end in (0.0, 1.0)]
         moves += [(hold[a], end) for a in dict.fromkeys((*linear, level, spin)) for end in ends]
