@@ -102,7 +102,7 @@ def refine(
     for found in tried:
         kept = _choose(problem, found.rotary, kept)
     unsolved = solver == STRUCTURED and not any(found.solved for found in tried)
-    if unsolved and (not near or problem.violation(kept) > ALLOWED):
+    if unsolved and (not near or kept is start or problem.violation(kept) > ALLOWED):
         tried.append(_minimise_from_outside(problem, x, held, iterations, barrier, last))
         kept = _choose(problem, tried[-1].rotary, kept)
     return Refinement(

@@ -11,6 +11,7 @@ from support.ring_path import ring
 from fiveaxis.base.errors import SettingError
 from fiveaxis.model import Tool, Toolpath, load_machine
 from fiveaxis.posture.baselines.catalogue import along_normal, lead_lean
+from fiveaxis.posture.local.interior import minimise
 from fiveaxis.posture.local.optima import refine
 from fiveaxis.posture.problem import ALLOWED, Problem
 
@@ -139,3 +140,21 @@ def test_a_start_that_the_small_barrier_does_not_improve_in_time_is_improved_by_
     found = refine(problem, start, iterations=15, barrier=0.04, near=True, last=1e-5)
     assert problem.violation(found.rotary) <= ALLOWED
     assert found.cost < 0.5 * problem.path_cost(start)
+
+
+def test_attempts_that_end_outside_of_the_bounds_are_not_the_last(problem, start, monkeypatch):
+    """As where a few steps bring a path near its optimum, but not yet within its bounds."""
+    ended, given = [], minimise
+
+    def soon(*task, **options):
+        found = given(*task, **options)
+        if len(ended) < 2:
+            ended.append(replace(found, x=np.add(found.x, [np.pi, 0.0]), solved=False))
+            return ended[-1]
+        return found
+
+    monkeypatch.setattr("fiveaxis.posture.local.optima.minimise", soon)
+    found = refine(problem, start, iterations=100, barrier=1e-1, near=True)
+    assert all(problem.violation(one.x) > ALLOWED for one in ended)
+    assert problem.violation(found.rotary) <= ALLOWED
+    assert found.cost < 0.9 * cost(problem, start)
