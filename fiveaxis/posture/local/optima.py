@@ -28,8 +28,7 @@ ITERATIONS = 3
 # First barrier parameters, as multiples of IPOPT's. The large one leads further from the start, the small one
 # stays near it, and either may end in the better optimum; long paths use only the first. A start that is near
 # but outside of its bounds needs a little more than the small one to come in.
-BARRIERS, OUTSIDE = (25.0, 2.5), 5.0
-LONG = 5000
+BARRIERS, OUTSIDE, LONG = (25.0, 2.5), 5.0, 5000
 # From outside the bounds: first barrier parameter and price of a violation, for a J/rad of the dearer axis.
 LEEWAY, STEEPEST = 3e-4, 1000.0
 UNSOLVED = "Maximum_Iterations_Exceeded"
@@ -102,6 +101,7 @@ def refine(
     for found in tried:
         kept = _choose(problem, found.rotary, kept)
     unsolved = solver == STRUCTURED and not any(found.solved for found in tried)
+    # Attempts may end past a bound by hardly more than rounding, far cheaper than the start.
     if unsolved and (not near or kept is start or problem.violation(kept) > ALLOWED):
         tried.append(_minimise_from_outside(problem, x, held, iterations, barrier, last))
         kept = _choose(problem, tried[-1].rotary, kept)
