@@ -56,7 +56,7 @@ def main() -> None:
             first = joules if first is None else first
             seconds = time.process_time() - began
             print(
-                f"{name:9} {what:25} {joules:8.0f} J {joules / first - 1.0:+7.1%} {seconds:6.2f} s",
+                f"{name:9} {what:30} {joules:8.0f} J {joules / first - 1.0:+7.1%} {seconds:6.2f} s",
                 flush=True,
             )
 
