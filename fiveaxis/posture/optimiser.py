@@ -121,9 +121,10 @@ def _of_least_energy(
 ) -> Array | None:
     """Find the postures of least energy, (n, 2) rad, to begin from; None where there are none, or rewinds.
 
-    A price of time alone says nothing of axes that don't limit a block: they would end rough.
+    A price of time alone says nothing of axes that don't limit a block: they would end rough. All efforts
+    begin from the same, so that a larger one is never worse.
     """
-    cheap = replace(options, objective="energy", bound=False)
+    cheap = replace(options, objective="energy", bound=False, effort=options.counts().nested[0])
     try:
         found = optimise_postures(toolpath, machine, constraints, cheap)
     except Infeasible:
@@ -274,8 +275,7 @@ class Attempts:
             found, delivery = self._begun(narrow, mask, few, start)
         except Infeasible:  # the moves between the knots may be too far, or the mask too narrow there
             return None
-        columns = self.machine.rotary_columns
-        best = delivery.run(found.motion.positions[:, columns], everywhere=True)
+        best = delivery.run(found.motion.positions[:, self.machine.rotary_columns], everywhere=True)
         run, location = np.cumsum(path.lengths), best.instance.location
         at = np.interp(location, np.arange(len(rows)), run[rows])
         rotary = np.stack([np.interp(run, at, angle) for angle in best.rotary.T], axis=1)

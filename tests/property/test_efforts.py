@@ -29,6 +29,14 @@ def test_more_effort_never_costs_more(hayashi, name):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("name", ["blade", "bowl"])
+def test_more_effort_never_takes_longer(name):
+    machine, asked = fx.load_machine("linuxcnc-xyzac-trt"), {"tilt": TILT, "objective": "time"}
+    quick, normal = (fx.optimise(passes(name, 24), machine, effort=e, **asked) for e in ("quick", "normal"))
+    assert normal.energy.time <= quick.energy.time * SAME
+
+
+@pytest.mark.slow
 def test_each_objective_is_least_where_it_is_asked_for(hayashi):
     energy, travel = (
         fx.optimise(passes("flutes"), hayashi, tilt=TILT, objective=o).energy for o in ("energy", "travel")
