@@ -9,6 +9,8 @@ from types import ModuleType
 import numpy as np
 import pytest
 
+import fiveaxis as fx
+
 BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
 # Words of three digits are summed over thousands of rows.
 ROUNDING = 0.1
@@ -62,6 +64,15 @@ def test_layers_take_less_travel_than_greedy_at_the_same_largest_lean(published,
     assert best.degrees <= min(MOST[name], published.baselines(found)["greedy"].degrees)
     assert best.largest <= published.LAYERS[name] + 1e-6
     assert best.off < 1e-9
+
+
+@pytest.mark.slow
+def test_more_effort_never_takes_longer(published):
+    path, machine = published.made(published.curves()["IJMS 2021"])
+    quick, normal = (
+        fx.optimise(path, machine, cone=2.0, objective="time", effort=e) for e in ("quick", "normal")
+    )
+    assert normal.energy.time <= quick.energy.time * (1.0 + 1e-9)
 
 
 def test_an_axis_takes_at_least_the_time_of_its_trapezoid(published):

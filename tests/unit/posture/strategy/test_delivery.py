@@ -15,6 +15,7 @@ from fiveaxis.model import Constraints, Limits, Machine, Tool, Toolpath
 from fiveaxis.nc import ProgramOptions, write_motion
 from fiveaxis.nc.motion_table import read_motion
 from fiveaxis.nc.source import load_source
+from fiveaxis.posture.strategy.delivery import WORTHWHILE
 
 RING = {"tilt": (15.0, 75.0), "effort": "quick"}
 HOP = {"tilt": (35.0, 80.0), "max_turn": 60.0, "effort": "quick"}
@@ -96,13 +97,15 @@ def test_what_is_solved_passes_the_given_locations_in_their_order(wall, solution
     assert (np.diff(location) > 0.0).all()
 
 
-def test_each_objective_is_least_by_its_own_measure(hayashi):
-    bounds = {"tilt": (20.0, 60.0), "effort": "quick"}
+# Where both lead to nearly the same path, they may differ by what a last round would have to save.
+@pytest.mark.parametrize(("tilt", "less"), [((20.0, 60.0), 0.0), ((25.0, 75.0), WORTHWHILE)])
+def test_each_objective_is_least_by_its_own_measure(hayashi, tilt, less):
     by_energy, by_travel = (
-        fx.optimise(s_wall(160), hayashi, objective=objective, **bounds) for objective in ("energy", "travel")
+        fx.optimise(s_wall(160), hayashi, objective=objective, tilt=tilt, effort="quick")
+        for objective in ("energy", "travel")
     )
-    assert by_energy.energy.total < by_travel.energy.total
-    assert by_travel.energy.travel < by_energy.energy.travel
+    assert by_energy.energy.total < (1.0 + less) * by_travel.energy.total
+    assert by_travel.energy.travel < (1.0 + less) * by_energy.energy.travel
     for solution in (by_energy, by_travel):
         assert all(solution.energy.total < energy.total for energy in solution.baselines.values())
 
