@@ -66,7 +66,11 @@ def check_jumps(context: CheckContext, programmed: Array | None = None, *, block
     most = context.tolerances.jump if given is None else given
     allowed = np.maximum(most, programmed_turns(context.toolpath) if programmed is None else programmed)
     columns = context.machine.rotary_columns
-    turns = np.where(context.cutting[:, None], _steps_of_moves(context)[:, columns], 0.0)
+    # Where the lean is bounded it is checked all along, and a move may turn as far as its blocks take it. A
+    # bound on turns that was given is one on moves.
+    by_block = given is None and context.constraints.leaning is not None
+    steps = context.steps if by_block else _steps_of_moves(context)
+    turns = np.where(context.cutting[:, None], steps[:, columns], 0.0)
     if blocks:
         turns = _by_block(turns, context)
     rows, which = np.nonzero(turns > allowed[:, None] + context.tolerances.angle)

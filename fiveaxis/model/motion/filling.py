@@ -29,6 +29,8 @@ from fiveaxis.model.toolpath.path import Toolpath
 
 # rad: largest turn of a rotary axis in a block that replaces several.
 LARGEST_TURN = math.radians(15.0)
+# rad: a cut in which a rotary axis turns farther is divided. Verification calls 45 deg in a block a jump.
+FARTHEST = math.radians(30.0)
 # Rounds of measuring and inserting; each divides a deviation by the square of the number of parts.
 MOST_ROUNDS = 12
 # rad: by how much the tool axis may be nearer to the normal between two locations than it is allowed at them.
@@ -256,6 +258,9 @@ def fill_in(
     planes = planes or AxisPlanes.of(toolpath, machine, rotary)
     path, angles, row = toolpath, rotary, np.arange(len(toolpath), dtype=float)
     parts = _parts_past_normal(toolpath, planes.axes, least_tilt)
+    if toolpath.slack is None:
+        turns = np.where(toolpath.cutting[1:], np.abs(np.diff(rotary, axis=0)).max(axis=1), 0.0)
+        parts = np.maximum(parts, np.ceil(turns / FARTHEST).astype(np.int64))
     if parts.max(initial=1) > 1:
         row = divided_rows(parts)
         path, angles = filled(toolpath, row, planes.axes), planes.rotary_at(row)

@@ -26,8 +26,6 @@ from fiveaxis.model import (
 USUAL_SPEED = np.radians(180.0)
 # Links may turn this many times as far as cuts: nothing is cut there.
 LINK_SHARE = 3.0
-# Default largest turn in a cutting move, rad, however long it takes: verification calls a larger one a jump.
-FARTHEST = np.radians(45.0)
 # An axis may turn this many times as far as at the programmed tool axes: postures near them need room, too.
 PROGRAMMED_SHARE = 1.5
 # Default where the pivot stands still, so that the feed gives no time for the turn (rad).
@@ -45,14 +43,13 @@ def turn_bounds(
     """Bound the turn of every rotary axis in each move of a path, (n − 1,) rad.
 
     Locations inserted in a given move share its bound. A move may turn as far as the program itself turns the
-    tool; without a given bound, also as far as the surface turns or, up to `FARTHEST`, an axis of `machine`
-    at the programmed tool axes.
+    tool; without a given bound, also as far as the surface turns or an axis of `machine` at the programmed
+    tool axes. By default how densely a path is given doesn't matter: a program divides what turns far.
 
     Parameters
     ----------
-    constraints : `max_turn` in a cutting move, by default `USUAL_SPEED` at the programmed feed and at most
-        `FARTHEST`, and `turn_rate` over the path of the contact in cuts; links turn up to `LINK_SHARE` times
-        as far
+    constraints : `max_turn` in a cutting move, by default `USUAL_SPEED` at the programmed feed, and
+        `turn_rate` over the path of the contact in cuts; links turn up to `LINK_SHARE` times as far
     location : (n,), fractional index of each in the given path; by default all are given
     machine : whose axes turn, where no path was found otherwise; None where only the tool's own turns count
     """
@@ -61,12 +58,11 @@ def turn_bounds(
     share = np.ones(len(toolpath) - 1) if location is None else np.minimum(np.diff(location), 1.0)
     if max_turn is None:
         most = USUAL_SPEED * feed_times(toolpath)[1:]
-        most = np.where(toolpath.lengths[1:] > STANDSTILL, most, ON_THE_SPOT)
+        most = np.where(toolpath.lengths[1:] > STANDSTILL, most, ON_THE_SPOT * share)
         if machine is not None and toolpath.has_axes:
             turns = np.abs(np.diff(rotary_angles(machine, toolpath.axis), axis=1))
             turns = np.nan_to_num(np.minimum(turns, np.abs(TURN - turns)).max(axis=2)).min(axis=0)
             most = np.maximum(most, PROGRAMMED_SHARE * turns)
-        most = np.minimum(most, FARTHEST * share)
     else:
         most = max_turn * share
     most = np.where(cutting, most, LINK_SHARE * most)

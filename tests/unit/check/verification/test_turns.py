@@ -70,6 +70,16 @@ def test_a_cut_may_turn_as_far_as_the_program_turns_the_tool_and_no_farther(haya
         assert any("more only where the program" in sentence for sentence in report.passed) is not fires
 
 
+@pytest.mark.parametrize("bounded", [False, True])
+def test_a_move_may_turn_as_far_as_its_blocks_where_the_lean_is_checked(hayashi, bounded):
+    """Without bounds on the lean nobody knows where a tool goes that turns so far in a cut."""
+    path = replace(line(4), numbers=np.array([0, 1, 1, 1]))
+    motion = turning(path, hayashi, c=[0, 30, 60, 90])
+    cone = 5.0 if bounded else None
+    assert rows_of(verify(motion, hayashi, path, cone=cone), "jump") == ([] if bounded else [1])
+    assert rows_of(verify(motion, hayashi, path, cone=cone, max_turn=40.0), "jump") == [1]
+
+
 def test_parts_of_a_move_may_turn_as_far_as_the_whole(hayashi):
     """Inserted locations have no tool axis."""
     leant = [0.0, -np.sin(np.radians(50.0)), np.cos(np.radians(50.0))]

@@ -39,6 +39,18 @@ def test_a_path_with_a_still_posture_needs_no_blocks(hayashi):
     assert len(filled) == 4
 
 
+def test_no_block_of_a_cut_turns_as_far_as_a_jump(hayashi):
+    """About an upright tool in the table's centre C turns without moving its tip."""
+    contact = np.zeros((3, 3))
+    path = Toolpath.from_contacts(contact, np.tile([0.0, 0.0, 1.0], (3, 1)), Tool.ball(6))
+    path = path.with_links(np.array([False, False, True]))
+    rotary = np.radians([[0.0, 0.0], [170.0, 0.0], [0.0, 0.0]])
+    turns = np.degrees(np.abs(np.diff(fill_in(path, hayashi, rotary)[1].positions[:, hayashi.column("C")])))
+    assert len(turns) > 2
+    assert turns[:-1].max() <= 30.0
+    assert turns[-1] == pytest.approx(170.0)
+
+
 def test_the_time_of_a_path_doesnt_change_with_its_blocks(hayashi):
     path = straight_cut()
     rotary = np.radians([[0, -20], [8, -20], [16, -30], [46, -50]])

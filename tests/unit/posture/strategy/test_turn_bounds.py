@@ -24,7 +24,7 @@ def test_a_program_may_turn_as_far_as_it_is_programmed_to():
 
 
 def test_by_default_an_axis_turns_by_180_degrees_a_second_at_the_feed():
-    np.testing.assert_allclose(np.degrees(turn_bounds(straight(), Constraints())), [45.0, 45.0, 45.0])
+    np.testing.assert_allclose(np.degrees(turn_bounds(straight(), Constraints())), [90.0, 72.0, 54.0])
     fast = replace(straight(), feed=np.full(4, 50.0))
     np.testing.assert_allclose(
         np.degrees(turn_bounds(fast, Constraints())), 180.0 * np.array([0.1, 0.08, 0.06])
@@ -52,7 +52,7 @@ def test_by_default_an_axis_may_turn_as_far_as_the_programmed_tool_axes_need(hay
     axis = [[np.sin(lean) * np.cos(c), np.sin(lean) * np.sin(c), np.cos(lean)] for c in direction]
     path = Toolpath.from_tips(PLACES, axis, Tool.ball(6), feed_mm_min=6000.0)
     turns = np.degrees(turn_bounds(path, Constraints(), machine=hayashi))
-    np.testing.assert_allclose(turns, [PROGRAMMED_SHARE * 16.0, PROGRAMMED_SHARE * 16.0, 45.0])
+    np.testing.assert_allclose(turns, PROGRAMMED_SHARE * np.array([16.0, 16.0, 90.0]))
     asked = Constraints.of_degrees(max_turn=10.0)
     np.testing.assert_allclose(np.degrees(turn_bounds(path, asked, machine=hayashi)), 10.0)
 
