@@ -31,6 +31,8 @@ ITERATIONS = 3
 BARRIERS, OUTSIDE, LONG = (25.0, 2.5), 5.0, 5000
 # From outside the bounds: first barrier parameter and price of a violation, for a J/rad of the dearer axis.
 LEEWAY, STEEPEST = 3e-4, 1000.0
+# mm, rad and cosine by which bounds are narrower then: what isn't solved ends past them by little.
+INSIDE = 1e-6
 UNSOLVED = "Maximum_Iterations_Exceeded"
 # J/rad² and J/s²: a step of 1e-6 rad, the error that the last barrier may leave, gives a tenth of a J/rad.
 SPRING = 1e5
@@ -125,7 +127,7 @@ def _minimise_from_outside(
     led = minimise(elastic, x, iterations=most, barrier=first, last=last)
     if problem.violation(led.rotary) <= ALLOWED:
         return led
-    rows = build_rows(problem, held)
+    rows = build_rows(problem, held, margin=INSIDE)
     found = minimise(rows, led.x, iterations=most, barrier=BARRIERS[-1] * barrier, last=last)
     return replace(found, iterations=led.iterations + found.iterations)
 
