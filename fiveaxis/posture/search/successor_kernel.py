@@ -74,6 +74,8 @@ HALFWAY = 1e-4
 # rad: width of a region of both angles, which keeps its cheapest state, whatever it costs; and their number
 # in a turn.
 REGION, REGIONS_PER_TURN = np.radians(5.0), 72
+# 1/J: prices come in such grains, or else rounding would decide which of many that cost the same stays.
+GRAINS = 1e7
 # Makes numbers of cells positive.
 POSITIVE = 1 << 24
 # rad: a long turn is priced in parts of this size; and from no more than so many states.
@@ -191,7 +193,7 @@ def step_price(prices: Prices, i: int, before: int, axes: Array, turned: float) 
                     price += axis[i, START + 1 - way, a]
             price += standing * max(min(1.0, travel * axis[i, SLOW, a]), travel * axis[i, REACH, a])
         late = max(late, axis[i, PACE, a] * travel - prices.step[i, 1])
-    return price + prices.delay * late, moves
+    return float(np.rint((price + prices.delay * late) * GRAINS) / GRAINS), moves
 
 
 @compiled
@@ -338,7 +340,7 @@ def region(cells: Cells, first: float, second: float) -> int:
     """Return the number of the wide cell of two angles, rad, below `REGIONS`²."""
     spin, other = (first, second) if cells.spin == 0 else (second, first)
     turns = int(np.floor((spin - cells.phase) / REGION))
-    return turns % REGIONS_PER_TURN * REGIONS + int(np.floor(other / REGION)) % REGIONS
+    return turns % REGIONS_PER_TURN * REGIONS + int(np.rint(other / REGION)) % REGIONS
 
 
 @innermost
@@ -607,14 +609,12 @@ def kept(cells: Cells, found: Found, count: int, most: int, regions: IntArray, c
         rest[at] = np.inf if stays[at] else found.cost[at]
     cut = value_of_rank(rest, count, most - size - 1)
     size = 0
-    for at in range(count):
-        if stays[at]:
-            chosen[0, size] = at
-            size += 1
-    for at in range(count):
-        if not stays[at] and found.cost[at] <= cut and size < most:
-            chosen[0, size] = at
-            size += 1
+    for tier in range(3):
+        for at in range(count):
+            own = 0 if stays[at] else 1 if found.cost[at] < cut else 2 if found.cost[at] == cut else 3
+            if own == tier and size < most:
+                chosen[0, size] = at
+                size += 1
     return size
 
 

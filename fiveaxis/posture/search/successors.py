@@ -428,7 +428,7 @@ def spin_angles(problem: Problem, spin: int, step: float) -> Array:
         return np.linspace(limits.low, limits.high, int(np.ceil(limits.span / step)) + 1)
     low, count = one_turn_from(limits), int(np.ceil(TURN / step))
     phase = 0.0 if np.isfinite(limits.span) else _phase(problem, spin) - low
-    return low + np.sort((phase + TURN / count * np.arange(count)) % TURN)
+    return np.asarray(low + (phase + TURN / count * np.arange(count)) % TURN)
 
 
 def turning_rows(problem: Problem, least: int = 0) -> Array:
@@ -561,8 +561,10 @@ def _first_states(
     else:
         rotary = sampled(problem, 0, cells.spin_step / PER_CELL)
     positions = problem.positions(np.zeros(len(rotary), dtype=np.int64), rotary)
-    cell = np.stack([positions[:, cells.level] / cells.level_step, rotary[:, cells.spin] / cells.spin_step])
-    _, one = np.unique(np.floor(cell), axis=1, return_index=True)
+    level = np.floor(positions[:, cells.level] / cells.level_step)
+    spin = np.floor((rotary[:, cells.spin] - cells.phase) / cells.spin_step)
+    cell = np.stack([level, spin % cells.around if cells.around else spin])
+    _, one = np.unique(cell, axis=1, return_index=True)
     return np.concatenate([path[:1], rotary[np.sort(one)]])
 
 
