@@ -65,7 +65,7 @@ QUICK = Effort(both_ways(resolution(2.0, 10.0, 150)), around=(resolution(0.5, 2.
 NORMAL = replace(
     QUICK,
     contains=QUICK,
-    everywhere=both_ways(resolution(1.0, 5.0, 220), resolution(4.0, 7.0, 180)),
+    everywhere=both_ways(resolution(1.0, 4.0, 200), resolution(4.0, 8.0, 180)),
     corridors=(resolution(0.2, 0.7, 16, 4.0),),
 )
 THOROUGH = replace(
