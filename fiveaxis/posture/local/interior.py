@@ -186,9 +186,9 @@ class _Method:
             new_off, new_cost = kernel.measure(self.mu, point, self.change, alpha, fraction, trial)
             switching = gain < 0.0 and alpha * (-gain) ** SWITCH_OBJECTIVE > off**SWITCH_OFF
             armijo = switching and off <= 1e-4 * self.first_off
-            descends = new_cost - rounding <= cost + ARMIJO * alpha * gain
+            descends = new_cost <= cost + rounding + ARMIJO * alpha * gain
             margin = (1.0 - FILTER_MARGIN) * off, cost - FILTER_MARGIN * off
-            better = descends if armijo else new_off <= margin[0] or new_cost - rounding <= margin[1]
+            better = descends if armijo else new_off <= margin[0] or new_cost <= margin[1] + rounding
             if better and not any(new_off >= o and new_cost >= c for o, c in self.filter):
                 if not (armijo and descends):
                     self.filter.append(margin)

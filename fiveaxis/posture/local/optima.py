@@ -29,10 +29,9 @@ ITERATIONS = 3
 # stays near it, and either may end in the better optimum; long paths use only the first. A start that is near
 # but outside of its bounds needs a little more than the small one to come in.
 BARRIERS, OUTSIDE, LONG = (25.0, 2.5), 5.0, 5000
-# From outside the bounds: first barrier parameter and price of a violation, for a J/rad of the dearer axis.
-LEEWAY, STEEPEST = 3e-4, 1000.0
-# mm, rad and cosine by which bounds are narrower then: what isn't solved ends past them by little.
-INSIDE = 1e-6
+# From outside the bounds: first barrier parameter and price of a violation, for a J/rad of the dearer axis;
+# and mm, rad and cosine by which bounds are narrower at last, as what isn't solved ends past them by little.
+LEEWAY, STEEPEST, INSIDE = 3e-4, 1000.0, 1e-6
 UNSOLVED = "Maximum_Iterations_Exceeded"
 # J/rad² and J/s²: a step of 1e-6 rad, the error that the last barrier may leave, gives a tenth of a J/rad.
 SPRING = 1e5

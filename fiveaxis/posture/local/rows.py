@@ -114,8 +114,8 @@ def build_rows(
 ) -> Rows:
     """Convert a problem's terms to rows; `held` is whether the first and the last posture stay as they are.
 
-    Bounds are kept by a margin; a negative one accepts values on them. To break those of a location costs
-    `elastic`, J per mm, rad and cosine; 0 forbids it.
+    Bounds are kept by a margin, at most a quarter of the range; a negative one accepts values on them. To
+    break those of a location costs `elastic`, J per mm, rad and cosine; 0 forbids it.
     """
     n, machine = len(problem), problem.machine
     count = len(machine.axes) + OTHERS
@@ -171,7 +171,8 @@ def _term_rows(term: Term, count: int, still: BoolArray, margin: float, elastic:
         needed = np.isfinite(free)
     else:
         there[:, 0] = needed = np.isfinite(low) | np.isfinite(high)
-        ends[:, 0] = np.stack([low + margin, high - margin], axis=1)
+        inside = np.minimum(margin, (high - low) / 4.0)
+        ends[:, 0] = np.stack([low + inside, high - inside], axis=1)
         if elastic and term.span == 1:
             there[:, 1:], ends[:, 1:, 1] = needed[:, None], np.inf
             plus = minus = np.full(len(first), elastic)
