@@ -13,12 +13,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from types import FrameType
 
+import fiveaxis
 from fiveaxis.base.errors import FiveAxisError
 from fuzzing.readers import Reader
 
 # s: an input that keeps the processor longer, or the clock, is a foreign end too; a verb has longer.
 MOST_BUSY, MOST_BUSY_VERB, MOST_WAIT = 10.0, 120.0, 600.0
 MEGABYTE = 1 << 20
+PACKAGE = Path(fiveaxis.__file__).parent
 LONGEST_MESSAGE = 3000
 # Of machines, options and columns: with one of so many an input without damage is read.
 CHOICES = 10
@@ -103,7 +105,8 @@ def _try(reader: Reader, content: bytes, home: Path, rng: random.Random, outcome
 
 def _kind(fault: BaseException) -> str:
     frames = traceback.extract_tb(fault.__traceback__)
-    ours = [frame for frame in frames if "/fiveaxis/" in frame.filename] or frames
+    # A checkout's own folder may have the package's name, too.
+    ours = [frame for frame in frames if Path(frame.filename).is_relative_to(PACKAGE)] or frames
     return f"{type(fault).__name__} at {Path(ours[-1].filename).name}:{ours[-1].lineno}"
 
 
