@@ -13,6 +13,7 @@ from fiveaxis.model import Tool, Toolpath, load_machine
 from fiveaxis.posture.baselines.catalogue import along_normal, lead_lean
 from fiveaxis.posture.local.interior import minimise
 from fiveaxis.posture.local.optima import refine
+from fiveaxis.posture.local.rows import build_rows
 from fiveaxis.posture.problem import ALLOWED, Problem
 
 RNG = np.random.default_rng(5)
@@ -158,3 +159,15 @@ def test_attempts_that_end_outside_of_the_bounds_are_not_the_last(problem, start
     assert all(problem.violation(one.x) > ALLOWED for one in ended)
     assert problem.violation(found.rotary) <= ALLOWED
     assert found.cost < 0.9 * cost(problem, start)
+
+
+@pytest.mark.parametrize("margin", [1e-4, 1e-2])
+def test_a_margin_leaves_at_least_half_of_a_range(problem, margin):
+    """A lean may be asked for so narrowly that its range would close."""
+    narrow = tuple(replace(bound, high=bound.low + 1e-4) for bound in problem.bounds)
+    whole, within = (build_rows(replace(problem, bounds=narrow), margin=m) for m in (0.0, margin))
+    bounded = np.isfinite(whole.high - whole.low) & (whole.high > whole.low)
+    share = (within.high - within.low)[bounded] / (whole.high - whole.low)[bounded]
+    assert bounded.sum() >= 40
+    assert share.min() >= 0.5 - 1e-9
+    assert share.min() < 1.0
